@@ -1,8 +1,8 @@
 //! Promenade without a host: live input from JACK or the system's sound, or a file.
 
 use nice_plug::prelude::nice_export_standalone_with_args;
+use promenade_fault::with_causes;
 use promenade_plugin::Promenade;
-use promenade_plugin::library::error_chain::with_causes;
 use promenade_plugin::playing::player;
 use std::path::Path;
 use std::process::ExitCode;

@@ -4,26 +4,31 @@ usage: pedalboard_check.py Promenade.vst3
 """
 
 import os
+import re
 import sys
 from pathlib import Path
 
 import numpy as np
 import pedalboard
 
-PRESETS = Path(__file__).resolve().parent.parent.parent / "presets"
+ROOT = Path(__file__).resolve().parent.parent.parent
+PRESETS = ROOT / "presets"
+PARAMETERS = ROOT / "docs/parameters.md"
 # The places that presets play are in the library, which need not be installed here.
 os.environ["PROMENADE_SCENES"] = str(PRESETS / "library")
 sys.path.insert(0, str(PRESETS / "recipes"))
 import make_presets  # noqa: E402  (found through the line above)
 
 RATE = 48_000
-PARAMETERS = {
-    "listener_x_m", "listener_y_m", "listener_z_m", "yaw_deg", "pitch_deg", "roll_deg", "path_position", "follow_path",
-    "path_offset", "head_tracking", "emitter_offset_x_m", "emitter_offset_y_m", "emitter_offset_z_m", "stereo_spread_deg", "listener_group", "lead_group",
-    "tier", "decode_rate_hz", "dry_wet", "output_gain_db", "direct_level_db", "early_level_db", "late_level_db",
-    "decay", "distance_law_db", "room_width", "low_cut_hz", "wet_solo", "bypass", "scene", "library_scene", "library_path",
-    "open_sound_control", "latency", "revision",
-}
+
+
+def documented():
+    """The parameters of docs/parameters.md by pedalboard's names, which end in the unit."""
+    rows = [line.split(" | ") for line in PARAMETERS.read_text().splitlines() if line.startswith("| `")]
+    for _, _, name, values, *_ in rows:
+        unit = re.search(r" to \S+ (m|deg|Hz|dB)$", values)
+        words = re.findall("[a-z0-9]+", f"{name} {unit[1] if unit else ''}".lower())
+        yield "_".join(words)
 
 
 def level_db(signal):
@@ -41,7 +46,8 @@ def set_normalized(plugin, name, value):
 
 def check_parameters(plugin):
     names = {name.rstrip("_") for name in plugin.parameters}
-    assert names == PARAMETERS, f"differ by {sorted(names ^ PARAMETERS)}"
+    wanted = set(documented())
+    assert wanted and names == wanted, f"differ by {sorted(names ^ wanted)}"
     set_normalized(plugin, "output_gain_db", 54 / 72)
     assert abs(float(plugin.output_gain_db) + 6) < 0.1, plugin.output_gain_db
     set_normalized(plugin, "output_gain_db", 60 / 72)

@@ -20,7 +20,7 @@ pub fn start_of(file: &Path) -> [f32; 6] {
     [at.x, at.y, at.z, yaw.to_degrees(), pitch.to_degrees(), roll.to_degrees()]
 }
 
-/// The same of an instance, as a project has it.
+/// The pose parameters of an instance, as a project has them: x, y and z in metres, yaw, pitch and roll in degrees.
 ///
 /// # Panics
 /// The state lacks a parameter.

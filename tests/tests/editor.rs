@@ -12,7 +12,7 @@ use std::time::Duration;
 
 /// A pleasant while for a window to come up on a slow machine.
 const PATIENCE: Duration = Duration::from_secs(20);
-/// The same on a machine that others keep busy, which nothing but a failure waits for.
+/// How long a machine that others keep busy may take for a window; nothing but a failure waits for that.
 const GREAT_PATIENCE: Duration = Duration::from_secs(120);
 /// An editor that shows something has more colours than this; a blank one has one.
 const COLOURS: usize = 40;

@@ -65,7 +65,7 @@ fn turned<H: Host>(host: &mut H, signal: &[f32], lead: usize) -> [Vec<f32>; 2] {
     heard
 }
 
-/// The same in the engine, which waits for every decode.
+/// What the engine plays of the signal while it waits for every decode.
 fn waited_for(folder: &Path, signal: &[f32], lead: usize) -> [Vec<f32>; 2] {
     let scene = Arc::new(Scene::from_bytes(&std::fs::read(folder.join(SCENE)).unwrap()).unwrap());
     let renderer = Renderer::new(Arc::clone(&scene), 48_000.0).unwrap();

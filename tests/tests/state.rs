@@ -1,6 +1,8 @@
 //! A project finds everything again: parameters, scene and camera path.
 
 use promenade_plugin::history::presets;
+use promenade_plugin::parameter::Parameter;
+use promenade_plugin::parameter::row::Values;
 use promenade_plugin::project::saved_head::SavedHead;
 use promenade_testing::fuzz::{Input, Search};
 use promenade_testing::heads::sphere;
@@ -40,42 +42,16 @@ mod special_files {
     in_both_formats!(a_pipe_or_a_device_as_the_scene_passes_the_dry_sound);
 }
 
-/// Each with a value that is not its default, and that is one of its steps.
-const CHANGED: [(&str, f64); 33] = [
-    ("x", 0.51),
-    ("y", 0.48),
-    ("z", 0.505),
-    ("yaw", 0.7),
-    ("pitch", 0.4),
-    ("roll", 0.6),
-    ("path", 0.25),
-    ("follow", 0.5),
-    ("offset", 1.0),
-    ("tracking", 2.0 / 3.0),
-    ("ex", 0.51),
-    ("ey", 0.49),
-    ("ez", 0.5),
-    ("spread", 0.5),
-    ("group", 0.75),
-    ("lead", 1.0),
-    ("tier", 0.0),
-    ("mix", 0.5),
-    ("gain", 0.75),
-    ("direct", 0.5),
-    ("early", 0.9),
-    ("late", 0.7),
-    ("decay", 0.8),
-    ("law", 0.25),
-    ("width", 0.75),
-    ("lowcut", 0.2),
-    ("wetsolo", 1.0),
-    ("bypass", 1.0),
-    ("scene", 0.5),
-    ("slot", 0.0),
-    ("walk", 0.0),
-    ("osc", 1.0),
-    ("latency", 0.5),
-];
+/// A share of a parameter's range that is one of its steps, and not its default where no file has to be there for it.
+fn changed(parameter: Parameter) -> f64 {
+    let (_, most) = parameter.limits();
+    let plain = match parameter.row().values {
+        Values::Number(..) => return 0.3,
+        Values::Slot(_) => 0.0,
+        Values::Switch | Values::Choice(_) => (parameter.row().default + 1.0) % (most + 1.0),
+    };
+    f64::from(parameter.normalized(plain))
+}
 
 fn scene_file(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../presets/scenes").join(name).canonicalize().unwrap()
@@ -94,15 +70,15 @@ fn field(state: &Value, name: &str) -> Value {
 
 fn every_parameter_survives<H: Host>() {
     let mut host = H::open(Setup::default());
-    for (id, value) in CHANGED {
-        host.set(id, value);
+    for parameter in Parameter::ALL {
+        host.set(parameter.id(), changed(parameter));
     }
     host.process(&[&[0.0; 512], &[0.0; 512]]);
     let saved = host.save();
     let mut restored = H::open(Setup::default());
     assert!(restored.load(&saved));
     restored.process(&[&[0.0; 512], &[0.0; 512]]);
-    for (id, value) in CHANGED {
+    for (id, value) in Parameter::ALL.map(|parameter| (parameter.id(), changed(parameter))) {
         assert!((restored.value(id) - value).abs() < 1e-3, "{id} is {}, was {value}", restored.value(id));
     }
     let (before, after) = (host.state(), restored.state());

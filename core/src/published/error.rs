@@ -1,5 +1,6 @@
 //! Errors of the published head.
 
+use promenade_fault::Fault;
 use std::ops::RangeInclusive;
 use thiserror::Error;
 
@@ -53,4 +54,10 @@ pub enum PublishedError {
         /// Its length.
         found: usize,
     },
+}
+
+impl From<PublishedError> for Fault {
+    fn from(error: PublishedError) -> Self {
+        Self::of(error)
+    }
 }

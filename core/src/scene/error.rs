@@ -3,6 +3,7 @@
 use super::cost::TooCostly;
 use super::manifest::{MAX_SCENE_BYTES, VERSION};
 use crate::network::CloudError;
+use promenade_fault::Fault;
 use thiserror::Error;
 
 /// Why bytes are no scene.
@@ -60,6 +61,12 @@ pub enum SceneError {
         /// The value.
         found: String,
     },
+}
+
+impl From<SceneError> for Fault {
+    fn from(error: SceneError) -> Self {
+        Self::of(error)
+    }
 }
 
 /// A value out of range.

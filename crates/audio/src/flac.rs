@@ -15,7 +15,7 @@ use std::path::Path;
 pub fn read_limited(path: &Path, max_samples: u64) -> Result<Wav, FileError> {
     let unreadable = |source: claxon::Error| match source {
         claxon::Error::IoError(source) if source.kind() != std::io::ErrorKind::UnexpectedEof => FileError::read(path)(source),
-        source => FileError::Flac { path: path.to_path_buf(), source },
+        source => FileError::unreadable(path, "FLAC file", source),
     };
     let mut file = file::open(path).map_err(FileError::read(path))?;
     let (size, stated) = metadata_end(&mut file).map_err(FileError::read(path))?;

@@ -18,7 +18,9 @@ pub fn signal(channels: &[Vec<f32>], from_hz: u32, to_hz: u32) -> Result<Vec<Vec
     if from_hz == to_hz || frames == 0 {
         return Ok(channels.to_vec());
     }
-    let failed = |source: Box<dyn std::error::Error + Send + Sync>| FileError::Resample { from_hz, to_hz, source };
+    let failed = |source: Box<dyn std::error::Error + Send + Sync>| {
+        FileError::because(format!("no conversion from {from_hz} to {to_hz} Hz"), source)
+    };
     // The resampler's delay is half a transform, on both sides of it; an even number of the smallest blocks makes it whole
     // samples, and so exactly removable.
     let block = from_hz / gcd(from_hz, to_hz).max(1);

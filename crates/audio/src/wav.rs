@@ -85,7 +85,7 @@ impl WavReader {
         if size == 0 {
             return Err(FileError::content(path, "a WAV file", "an empty file"));
         }
-        let unreadable = |source| FileError::Wav { path: path.to_path_buf(), source };
+        let unreadable = |source| FileError::unreadable(path, "WAV file", source);
         let chunks = Chunks::read(&mut BufReader::new(&file)).map_err(unreadable)?;
         let bytes = chunks.samples.end - chunks.samples.start;
         if chunks.samples.end > size {
@@ -165,7 +165,7 @@ impl WavReader {
                 };
                 let sample = samples.next().ok_or_else(ended)?.map_err(|source| match source {
                     hound::Error::IoError(_) => ended(),
-                    source => FileError::Wav { path: self.path.clone(), source },
+                    source => FileError::unreadable(&self.path, "WAV file", source),
                 })?;
                 let value = convert(sample);
                 if !value.is_finite() {

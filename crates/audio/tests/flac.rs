@@ -1,6 +1,6 @@
 //! FLAC files, of verbatim frames made here and of an encoder's where there are some.
 
-use promenade_audio::{FileError, flac, sound};
+use promenade_audio::{flac, sound};
 
 /// Cyclic redundancy check of `bits` bits, most significant bit first, starting at 0 (RFC 9639, sections 9.1.8 and 9.3).
 fn crc(bytes: &[u8], bits: u32, polynomial: u32) -> u32 {
@@ -64,7 +64,7 @@ fn damage_is_an_error_at_every_byte() {
         std::fs::write(&path, &damaged).unwrap();
         assert!(sound::read(&path).is_err(), "byte {at}");
     }
-    assert!(matches!(sound::read(&folder.path().join("none.flac")), Err(FileError::Read { .. })));
+    assert!(sound::read(&folder.path().join("none.flac")).unwrap_err().to_string().contains("cannot be read"));
     assert!(sound::read(folder.path()).is_err(), "a folder");
 }
 

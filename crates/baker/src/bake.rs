@@ -267,7 +267,7 @@ fn held_out(responses: &Responses, layout: &Layout, held: &[bool], gain: f32) ->
     let mut out = Vec::new();
     for (i, r) in responses.responses.iter().enumerate().filter(|(i, _)| held[*i]) {
         let measured = response_measures(&r.left, &r.right, responses.sample_rate_hz)
-            .map_err(|why| BakeError::unmeasurable(format!("response '{}'", r.name), why))?;
+            .map_err(|why| crate::error::unmeasurable(&format!("response '{}'", r.name), why))?;
         let gain_db = 20.0 * f64::from(gain).log10();
         let levels = response_levels_db(&r.left, &r.right, responses.sample_rate_hz);
         let levels_db = levels.into_iter().map(|level| level + gain_db).collect();

@@ -56,7 +56,7 @@ pub(crate) use simulate::{
 };
 #[cfg(feature = "train")]
 pub(crate) use simulation::SimulationArgs;
-pub(crate) use study::{Study, StudyArgs, StudyReportArgs, StudyServeArgs, StudySiteArgs};
+pub(crate) use study::{FigureFiles, Study, StudyArgs, StudyReportArgs, StudyServeArgs, StudySiteArgs};
 pub(crate) use surface::{Shape, SurfaceArgs};
 #[cfg(feature = "train")]
 pub(crate) use train::{MAX_THREADS, TrainArgs};

@@ -51,20 +51,13 @@ pub(crate) fn run(args: &EvalArgs) -> Result<()> {
         drop(bar);
         evaluations.push(evaluation);
     }
-    if let Some(file) = &args.json {
-        atomic::write(file, format!("{:#}\n", as_json(&evaluations)).as_bytes())?;
-    }
-    if let Some(file) = &args.markdown {
-        atomic::write(file, tables(&evaluations, true).as_bytes())?;
-    }
-    if let Some(folder) = &args.plots {
-        std::fs::create_dir_all(folder).map_err(FileError::write(folder))?;
-        for figure in Figure::ALL {
+    let table = |markdown| tables(&evaluations, markdown);
+    report::figures(&args.files, &as_json(&evaluations), table, |folder| {
+        Figure::ALL.into_iter().try_for_each(|figure| {
             let plot = plot::boxes(figure.heading(), &values(&evaluations, figure))?;
-            atomic::write(&folder.join(format!("{}.svg", figure.name())), plot.as_bytes())?;
-        }
-    }
-    report::print(&tables(&evaluations, false))
+            Ok(atomic::write(&folder.join(format!("{}.svg", figure.name())), plot.as_bytes())?)
+        })
+    })
 }
 
 /// The values of a figure over the clips of all evaluations, rising, by method.

@@ -1,6 +1,5 @@
 //! `promenade map`: what a room sounds like over its plan, the sound that falls on what a camera sees, how a mix stands out
-//! over time,
-//! and what a renderer of pictures may spend where.
+//! over time, and what a renderer of pictures may spend where.
 
 mod camera;
 mod exr;
@@ -11,7 +10,7 @@ use crate::args::{Map, MapArgs, RoomArgs};
 use crate::plot::{self, Panel, Plan};
 use crate::{report, simulate};
 use anyhow::{Result, bail};
-use promenade_acoustics::{Echogram, ImageOptions, Images, Measures, Mesh, RayOptions, Reflected, late_field};
+use promenade_acoustics::{Echogram, ImageOptions, Images, Measures, Mesh, RayOptions, Reflected, Room, Source, late_field};
 use promenade_baker::atomic;
 use promenade_baker::simulation::{Inside, grid};
 use promenade_core::glam::Vec3;
@@ -58,39 +57,20 @@ fn room(args: &MapArgs, of: &RoomArgs) -> Result<()> {
     let spacing = args.grid.unwrap_or(((high[0] - low[0]).max(high[1] - low[1]) / PLACES) as f32);
     let inside = Inside::new(&mesh, &room, of.source, args.margin)?;
     let places = grid(&inside, spacing, args.height)?;
-    if places.len() as f64 * args.length / BIN_S > MOST_BINS {
+    if places.len() as f64 * args.trace.length / BIN_S > MOST_BINS {
         bail!(
             "--grid: expected at most {} places of {} s, found {}",
-            (MOST_BINS * BIN_S / args.length) as u32,
-            args.length,
+            (MOST_BINS * BIN_S / args.trace.length) as u32,
+            args.trace.length,
             places.len()
         );
     }
     let source = simulate::source(of)?;
-    let listeners: Vec<[f64; 3]> = places.iter().map(|p| p.as_dvec3().to_array()).collect();
-    let air = Some(args.air.air());
-    let images = ImageOptions { order: args.order, beams: args.beams as usize, ..ImageOptions::default() };
-    let images = Images::new(&room, &source, &images)?;
-    let rays = RayOptions {
-        rays: args.rays.unwrap_or(RAYS) as usize,
-        length_s: args.length,
-        bin_s: BIN_S,
-        images: Some(&images),
-        air,
-        seed: args.seed,
-        ..RayOptions::default()
-    };
-    let bar = report::Bar::new(1.0);
-    let late = late_field(&room, &source, &listeners, &rays, |share| bar.at(share))?;
-    drop(bar);
-    let measures = |(at, echogram): (&[f64; 3], &Echogram)| -> Result<Measures> {
-        Ok(Measures::new(*at, &images.seen_from(&room, *at, Reflected::Specular)?, echogram, air))
-    };
-    let measured: Vec<Measures> = listeners.iter().zip(&late.echograms).map(measures).collect::<Result<_>>()?;
+    let measured = measured(args, &room, &source, &places)?;
     if measured.iter().all(|m| m.t20_s.is_none()) {
         report::note(format_args!(
             "T20 has no value: at no place the sound falls by 25 dB along a line within {} s; it is drawn grey",
-            args.length
+            args.trace.length
         ));
     }
     let plan = Plan {
@@ -110,6 +90,23 @@ fn room(args: &MapArgs, of: &RoomArgs) -> Result<()> {
     let mut rows = vec![["", "least", "median", "most", "places"].map(str::to_owned).to_vec()];
     rows.extend(MEASURES.iter().map(|(_, name, take)| row(name, &measured, *take)));
     report::print(&report::table(&rows, false))
+}
+
+/// The measures at places of the listener.
+fn measured(args: &MapArgs, room: &Room, source: &Source, places: &[Vec3]) -> Result<Vec<Measures>> {
+    let listeners: Vec<[f64; 3]> = places.iter().map(|p| p.as_dvec3().to_array()).collect();
+    let air = Some(args.trace.air.air());
+    let images = ImageOptions { order: args.order, beams: args.beams as usize, ..ImageOptions::default() };
+    let images = Images::new(room, source, &images)?;
+    let rays = args.trace.options(args.rays.unwrap_or(RAYS));
+    let rays = RayOptions { bin_s: BIN_S, images: Some(&images), ..rays };
+    let bar = report::Bar::new(1.0);
+    let late = late_field(room, source, &listeners, &rays, |share| bar.at(share))?;
+    drop(bar);
+    let measures = |(at, echogram): (&[f64; 3], &Echogram)| -> Result<Measures> {
+        Ok(Measures::new(*at, &images.seen_from(room, *at, Reflected::Specular)?, echogram, air))
+    };
+    listeners.iter().zip(&late.echograms).map(measures).collect()
 }
 
 /// Least and greatest coordinates of a plan, with a margin about the room.

@@ -109,7 +109,7 @@ pub(crate) fn plan_svg(plan: &Plan, panels: &[Panel]) -> Result<String> {
     svg_of(plan.size(panels.len())?, |area| plan.draw(area, panels))
 }
 
-/// The same as PNG.
+/// Measures over a plan of a room, as PNG.
 pub(crate) fn plan_png(plan: &Plan, panels: &[Panel]) -> Result<Vec<u8>> {
     png_of(plan.size(panels.len())?, |area| plan.draw(area, panels))
 }
@@ -119,7 +119,7 @@ pub(crate) fn points_svg(title: &str, axes: [&str; 2], points: &[Point<'_>]) -> 
     svg_of(points::SIZE, |area| points::draw(area, title, axes, points))
 }
 
-/// The same as PNG.
+/// Named points over two logarithmic axes, as PNG.
 pub(crate) fn points_png(title: &str, axes: [&str; 2], points: &[Point<'_>]) -> Result<Vec<u8>> {
     png_of(points::SIZE, |area| points::draw(area, title, axes, points))
 }

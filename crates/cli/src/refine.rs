@@ -18,14 +18,14 @@ use std::time::Instant;
 struct Measured {
     sample_rate_hz: f64,
     sources: Vec<Emitter>,
-    heard: Vec<Heard>,
+    heard: Vec<Recording>,
     /// Whether channels are ears.
     is_head: bool,
     credit: String,
     licence: String,
 }
 
-struct Heard {
+struct Recording {
     source: usize,
     /// One listener whose ears are the channels, or a microphone for each channel.
     poses: Vec<Pose>,
@@ -41,7 +41,7 @@ impl Measured {
         let set = Responses::load(path, &LoadOptions::default())?;
         report::notes(&set.notes);
         let mut sources: Vec<Emitter> = Vec::new();
-        let heard = set.responses.into_iter().map(|r| Heard {
+        let heard = set.responses.into_iter().map(|r| Recording {
             source: Emitter::numbered(&mut sources, r.source),
             poses: vec![r.listener],
             channels: vec![r.left, r.right],
@@ -61,7 +61,7 @@ impl Measured {
         let set = Measurements::load(&args.measured, &options)?;
         report::notes(&set.notes);
         let mut sources: Vec<Emitter> = Vec::new();
-        let mut heard: Vec<Heard> = Vec::new();
+        let mut heard: Vec<Recording> = Vec::new();
         let point = |at: [f64; 3]| Vec3::from(at.map(|x| x as f32));
         for one in set.all {
             let source = Emitter::numbered(&mut sources, point(one.source.at_m));
@@ -75,7 +75,7 @@ impl Measured {
                     h.poses.push(pose);
                     h.channels.push(one.samples);
                 }
-                None => heard.push(Heard { source, poses: vec![pose], channels: vec![one.samples] }),
+                None => heard.push(Recording { source, poses: vec![pose], channels: vec![one.samples] }),
             }
         }
         for h in &mut heard {
@@ -96,7 +96,7 @@ impl Measured {
     fn pairs(&self, places: &Places) -> Result<Vec<(usize, Pair)>> {
         let mut pairs = Vec::with_capacity(self.heard.len());
         for (source, emitter) in self.sources.iter().enumerate() {
-            let heard: Vec<&Heard> = self.heard.iter().filter(|h| h.source == source).collect();
+            let heard: Vec<&Recording> = self.heard.iter().filter(|h| h.source == source).collect();
             let poses: Vec<Pose> = heard.iter().flat_map(|h| h.poses.iter().copied()).collect();
             let mut made = places.ears(source, &poses)?.into_iter();
             for h in heard {

@@ -1,7 +1,9 @@
 //! Text for the user: tables on standard output, notes on standard error, names in both. All output goes through here but
 //! the help of the command line.
 
+use crate::args::FigureFiles;
 use anyhow::{Context, Result};
+use promenade_baker::{FileError, atomic};
 use std::io::{ErrorKind, Write};
 use std::path::Path;
 
@@ -27,6 +29,27 @@ pub(crate) fn minutes(seconds: f64) -> String {
 /// Names and values, aligned, a line for each.
 pub(crate) fn properties<'a>(rows: impl IntoIterator<Item = (&'a str, String)>) -> String {
     rows.into_iter().map(|(name, value)| format!("{name:<14}{}\n", one_line(&value))).collect()
+}
+
+/// Writes figures to the files that are asked for, and prints their tables. `table` makes them, in Markdown if it is told so;
+/// `plots` writes into a folder.
+pub(crate) fn figures(
+    files: &FigureFiles,
+    json: &serde_json::Value,
+    table: impl Fn(bool) -> String,
+    plots: impl FnOnce(&Path) -> Result<()>,
+) -> Result<()> {
+    if let Some(file) = &files.json {
+        atomic::write(file, format!("{json:#}\n").as_bytes())?;
+    }
+    if let Some(file) = &files.markdown {
+        atomic::write(file, table(true).as_bytes())?;
+    }
+    if let Some(folder) = &files.plots {
+        std::fs::create_dir_all(folder).map_err(FileError::write(folder))?;
+        plots(folder)?;
+    }
+    print(&table(false))
 }
 
 /// The last part of a path.

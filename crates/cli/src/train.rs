@@ -5,7 +5,7 @@ use crate::simulate::places::Places;
 use crate::{plot, report};
 use anyhow::{Context, Result};
 use promenade_baker::anchors::AnchorSet;
-use promenade_baker::{Capture, atomic, file};
+use promenade_baker::{BakeError, Capture, atomic, file};
 use promenade_core::{Pose, Provenance, Scene};
 use promenade_trainer::{Checkpoint, CurvePoint, Device, Scores, TrainSettings, Trainer, Trial, WORTH, search};
 use std::time::Instant;
@@ -16,24 +16,9 @@ const KEPT: &str = "training";
 const MAX_SETTINGS_BYTES: u64 = 1 << 20;
 
 pub(crate) fn run(args: &TrainArgs) -> Result<()> {
-    let mut captures = Vec::new();
-    for path in &args.captures {
-        let capture = Capture::load(path)?;
-        for note in &capture.notes {
-            report::note(format_args!("{}: {note}", path.display()));
-        }
-        captures.push(capture);
-    }
-    let mut capture = Capture::join(captures)?;
-    capture.hold_out(&args.hold_out.test_emitter, &args.hold_out.test_track)?;
+    let capture = capture(args)?;
     let emitter = args.emitter.as_ref().map(|name| capture.number_of(name)).transpose()?;
-    let sets: Vec<AnchorSet> = args.anchors.iter().map(|file| AnchorSet::load(file)).collect::<Result<_, _>>()?;
-    let places: Vec<_> = capture.clips.iter().map(|clip| clip.pose.position).collect();
-    for (set, file) in sets.iter().zip(&args.anchors) {
-        if let Some(odd) = set.apart_from(&places) {
-            report::note(format_args!("{}: {odd}", file.display()));
-        }
-    }
+    let sets = anchor_sets(args, &capture)?;
     let mut settings = settings(args)?;
     let device = if args.gpu { gpu()? } else { Device::flex() };
     let threads = args.threads.unwrap_or_else(|| std::thread::available_parallelism().map_or(1, usize::from).min(MAX_THREADS));
@@ -68,34 +53,7 @@ pub(crate) fn run(args: &TrainArgs) -> Result<()> {
         trainer.resume(before).with_context(|| format!("{}", kept.display()))?;
         report::note(format_args!("{}: goes on from step {}", kept.display(), trainer.steps()));
     }
-    let (from, began) = (trainer.steps(), Instant::now());
-    while trainer.steps() < settings.steps {
-        let step = trainer.step();
-        if !step.gradient_norm.is_finite() {
-            anyhow::bail!("step {}: expected a finite loss, found none; a lower learning rate may help", step.step + 1);
-        }
-        let done = trainer.steps();
-        if done.is_multiple_of(settings.look_every) || done == settings.steps {
-            let point = trainer.note();
-            let [mag, lre, env] = point.test;
-            let per_step = began.elapsed().as_secs_f64() / (done - from) as f64;
-            let left = per_step * (settings.steps - done) as f64;
-            report::line(format_args!(
-                "step {done} of {}: loss {:.4}; test MAG {mag:.4}, LRE {lre:.3} dB, ENV {env:.4}; {per_step:.3} s a step, {} \
-                 left",
-                settings.steps,
-                point.loss,
-                report::minutes(left)
-            ));
-            if let Some(file) = &args.curve {
-                atomic::write(file, course(trainer.curve())?.as_bytes())?;
-            }
-        }
-        if done.is_multiple_of(args.keep_every.get()) {
-            kept_with(&trainer, set, &tried).save(&kept)?;
-        }
-    }
-    kept_with(&trainer, set, &tried).save(&kept)?;
+    learn(&mut trainer, args, |trainer| Checkpoint { anchors: set, notes: tried.clone(), ..trainer.checkpoint() }.save(&kept))?;
     if !settings.network.audio_embedding {
         return report::print(
             "no scene: the engine reads the mixture mask off audio embeddings, which the settings leave out\n",
@@ -117,15 +75,69 @@ pub(crate) fn run(args: &TrainArgs) -> Result<()> {
     report::print(&format!("{}: {} steps\n", args.output.display(), trainer.steps()))
 }
 
+/// The captures as one, with what is held out of it.
+fn capture(args: &TrainArgs) -> Result<Capture> {
+    let mut captures = Vec::new();
+    for path in &args.captures {
+        let capture = Capture::load(path)?;
+        for note in &capture.notes {
+            report::note(format_args!("{}: {note}", path.display()));
+        }
+        captures.push(capture);
+    }
+    let mut capture = Capture::join(captures)?;
+    capture.hold_out(&args.hold_out.test_emitter, &args.hold_out.test_track)?;
+    Ok(capture)
+}
+
+/// The anchors of all files; those that lie apart from the clips are told.
+fn anchor_sets(args: &TrainArgs, capture: &Capture) -> Result<Vec<AnchorSet>> {
+    let sets: Vec<AnchorSet> = args.anchors.iter().map(|file| AnchorSet::load(file)).collect::<Result<_, _>>()?;
+    let places: Vec<_> = capture.clips.iter().map(|clip| clip.pose.position).collect();
+    for (set, file) in sets.iter().zip(&args.anchors) {
+        if let Some(odd) = set.apart_from(&places) {
+            report::note(format_args!("{}: {odd}", file.display()));
+        }
+    }
+    Ok(sets)
+}
+
+/// Takes the steps that are left, tells how it goes, and keeps the training now and then and at the end.
+fn learn<'a>(trainer: &mut Trainer<'a>, args: &TrainArgs, keep: impl Fn(&Trainer<'a>) -> Result<(), BakeError>) -> Result<()> {
+    let TrainSettings { steps, look_every, .. } = *trainer.settings();
+    let (from, began) = (trainer.steps(), Instant::now());
+    while trainer.steps() < steps {
+        let step = trainer.step();
+        if !step.gradient_norm.is_finite() {
+            anyhow::bail!("step {}: expected a finite loss, found none; a lower learning rate may help", step.step + 1);
+        }
+        let done = trainer.steps();
+        if done.is_multiple_of(look_every) || done == steps {
+            let point = trainer.note();
+            let [mag, lre, env] = point.test;
+            let per_step = began.elapsed().as_secs_f64() / (done - from) as f64;
+            report::line(format_args!(
+                "step {done} of {steps}: loss {:.4}; test MAG {mag:.4}, LRE {lre:.3} dB, ENV {env:.4}; {per_step:.3} s a step, \
+                 {} left",
+                point.loss,
+                report::minutes(per_step * (steps - done) as f64)
+            ));
+            if let Some(file) = &args.curve {
+                atomic::write(file, course(trainer.curve())?.as_bytes())?;
+            }
+        }
+        if done.is_multiple_of(args.keep_every.get()) {
+            keep(trainer)?;
+        }
+    }
+    Ok(keep(trainer)?)
+}
+
 /// A scene with its sound coming from another emitter of the capture.
 fn at_emitter(scene: Scene, capture: &Capture, emitter: Option<usize>) -> Result<Scene> {
     let Some(number) = emitter.filter(|number| *number > 0) else { return Ok(scene) };
     let moved = scene.with_emitter(capture.emitters[number].position)?;
     moved.context("--emitter: expected settings with `emitter`, found a network that does not know where the sound comes from")
-}
-
-fn kept_with(trainer: &Trainer<'_>, anchors: usize, notes: &[String]) -> Checkpoint {
-    Checkpoint { anchors, notes: notes.to_vec(), ..trainer.checkpoint() }
 }
 
 /// Searches for settings and reports each trial.

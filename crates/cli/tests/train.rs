@@ -145,7 +145,7 @@ fn a_search_says_what_it_tried_and_what_is_wrong_is_named() {
     assert!(!silent.status.success() && said.contains("silent"), "{said}");
 }
 
-/// The same walk heard from two other places, and a capture of both.
+/// One walk heard from each of two places, and a capture of both.
 fn two_emitters(folder: &Path) {
     for (name, at) in [("sofa", Vec3::new(2.0, 2.0, 1.5)), ("desk", Vec3::new(0.5, 2.5, 1.0))] {
         let mut one = capture();

@@ -1,7 +1,7 @@
 //! Automation: values of a parameter over time, as events at samples.
 
 use crate::parameter::Parameter;
-use crate::{HostError, rounded};
+use crate::{Fault, rounded};
 
 /// Samples between two events on the way from one point to the next.
 pub const AUTOMATION_STEP: u64 = 32;
@@ -49,10 +49,10 @@ impl Lane {
     /// # Errors
     /// No point; times that are not finite, negative or not rising; values outside 0 to 1. The message names the point by its
     /// number, from 0.
-    pub fn new(parameter: &Parameter, points: &[Point], rate: f64) -> Result<Self, HostError> {
-        let wrong = |expected: String, found: String| Err(HostError::unusable(expected, found));
+    pub fn new(parameter: &Parameter, points: &[Point], rate: f64) -> Result<Self, Fault> {
+        let wrong = |expected: String, found: String| Err(Fault::unexpected(expected, found));
         if points.is_empty() {
-            return Err(HostError::unusable("at least one point", "none"));
+            return Err(Fault::unexpected("at least one point", "none"));
         }
         let mut before = None;
         for (number, point) in points.iter().enumerate() {

@@ -1,6 +1,6 @@
 //! Automation in a file, as people write it.
 
-use crate::HostError;
+use crate::Fault;
 use crate::automation::{Lane, Point};
 use crate::instance::Instance;
 use serde::de::{MapAccess, Visitor};
@@ -10,51 +10,9 @@ use std::fmt;
 use std::fs::File;
 use std::io::Read;
 use std::path::{Path, PathBuf};
-use thiserror::Error;
 
 /// The longest automation file that is read, bytes.
 pub const MAX_AUTOMATION_BYTES: u64 = 1 << 26;
-
-/// Why a file is no automation for a plugin.
-#[derive(Debug, Error)]
-#[non_exhaustive]
-pub enum AutomationError {
-    /// The file cannot be read.
-    #[error("{path}: cannot be read", path = path.display())]
-    Read {
-        /// The file.
-        path: PathBuf,
-        /// The system's error.
-        source: std::io::Error,
-    },
-    /// The file is longer than [`MAX_AUTOMATION_BYTES`].
-    #[error("{path}: expected at most {MAX_AUTOMATION_BYTES} bytes of automation, found more", path = path.display())]
-    Long {
-        /// The file.
-        path: PathBuf,
-    },
-    /// The file is no JSON of the form.
-    #[error(
-        "{path}: expected {{\"parameters\": {{NAME: [{{\"t\": SECONDS, \"value\": VALUE}}, ...]}}}}",
-        path = path.display()
-    )]
-    Form {
-        /// The file.
-        path: PathBuf,
-        /// Where and why it is not.
-        source: serde_json::Error,
-    },
-    /// A parameter is not the plugin's, or its points make no automation.
-    #[error("{path}: parameter {parameter:?}", path = path.display())]
-    Parameter {
-        /// The file.
-        path: PathBuf,
-        /// The parameter, as the file names it.
-        parameter: String,
-        /// What is wrong with it.
-        source: Box<HostError>,
-    },
-}
 
 /// An automation file as it is written, for any plugin.
 ///
@@ -110,15 +68,15 @@ impl AutomationFile {
     ///
     /// # Errors
     /// A file that is missing, too long, or no JSON of the form.
-    pub fn read(path: &Path) -> Result<Self, AutomationError> {
-        let failed = |source| AutomationError::Read { path: path.to_path_buf(), source };
+    pub fn read(path: &Path) -> Result<Self, Fault> {
+        const FORM: &str = r#"expected {"parameters": {NAME: [{"t": SECONDS, "value": VALUE}, ...]}}"#;
+        let failed = Fault::read(path);
         let mut bytes = Vec::new();
-        File::open(path).map_err(failed)?.take(MAX_AUTOMATION_BYTES + 1).read_to_end(&mut bytes).map_err(failed)?;
+        File::open(path).map_err(&failed)?.take(MAX_AUTOMATION_BYTES + 1).read_to_end(&mut bytes).map_err(failed)?;
         if bytes.len() as u64 > MAX_AUTOMATION_BYTES {
-            return Err(AutomationError::Long { path: path.to_path_buf() });
+            return Err(Fault::content(path, format_args!("at most {MAX_AUTOMATION_BYTES} bytes of automation"), "more"));
         }
-        let form: Result<Form, _> = serde_json::from_slice(&bytes);
-        let form = form.map_err(|source| AutomationError::Form { path: path.to_path_buf(), source })?;
+        let form: Form = serde_json::from_slice(&bytes).map_err(Fault::at(path, FORM))?;
         Ok(Self { path: path.to_path_buf(), parameters: form.parameters.0 })
     }
 
@@ -127,28 +85,25 @@ impl AutomationFile {
     /// # Errors
     /// A parameter that the plugin has not, or that is there twice or may not be automated; times that do not rise; a value
     /// that the plugin does not understand.
-    pub fn lanes(&self, instance: &mut Instance) -> Result<Vec<Lane>, AutomationError> {
+    pub fn lanes(&self, instance: &mut Instance) -> Result<Vec<Lane>, Fault> {
         let mut lanes: Vec<Lane> = Vec::new();
         for (name, entries) in &self.parameters {
-            let lane = lane(instance, name, entries, &lanes).map_err(|source| AutomationError::Parameter {
-                path: self.path.clone(),
-                parameter: name.clone(),
-                source: Box::new(source),
-            })?;
+            let lane =
+                lane(instance, name, entries, &lanes).map_err(Fault::at(&self.path, format_args!("parameter {name:?}")))?;
             lanes.push(lane);
         }
         Ok(lanes)
     }
 }
 
-fn lane(instance: &mut Instance, name: &str, entries: &[Entry], others: &[Lane]) -> Result<Lane, HostError> {
+fn lane(instance: &mut Instance, name: &str, entries: &[Entry], others: &[Lane]) -> Result<Lane, Fault> {
     let parameter = instance.parameter(name)?.clone();
     if others.iter().any(|lane| lane.id() == parameter.id) {
-        return Err(HostError::unusable("each parameter once", "a second time"));
+        return Err(Fault::unexpected("each parameter once", "a second time"));
     }
     if !parameter.automatable {
         let found = "one that may not; set it before the start instead";
-        return Err(HostError::unusable("a parameter that may be automated", found));
+        return Err(Fault::unexpected("a parameter that may be automated", found));
     }
     let mut points = Vec::with_capacity(entries.len());
     for (number, entry) in entries.iter().enumerate() {
@@ -159,7 +114,7 @@ fn lane(instance: &mut Instance, name: &str, entries: &[Entry], others: &[Lane])
 }
 
 /// A value as it is written, 0 to 1.
-fn value(instance: &mut Instance, id: u32, written: &Value, number: usize) -> Result<f64, HostError> {
+fn value(instance: &mut Instance, id: u32, written: &Value, number: usize) -> Result<f64, Fault> {
     match written {
         Value::String(text) => instance.from_text(id, text),
         // As a text it is in the unit that the plugin shows, which hosts cannot compute with.
@@ -169,7 +124,7 @@ fn value(instance: &mut Instance, id: u32, written: &Value, number: usize) -> Re
         }
         other => {
             let expected = format!("a text, a number or {{\"normalized\": 0 to 1}} as the value of point {number}");
-            Err(HostError::unusable(expected, other))
+            Err(Fault::unexpected(expected, other))
         }
     }
 }
@@ -178,7 +133,7 @@ fn value(instance: &mut Instance, id: u32, written: &Value, number: usize) -> Re
 mod tests {
     use super::*;
 
-    fn read(text: &str) -> Result<AutomationFile, AutomationError> {
+    fn read(text: &str) -> Result<AutomationFile, Fault> {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("moves.json");
         std::fs::write(&path, text).unwrap();
@@ -212,6 +167,6 @@ mod tests {
             assert!(error.to_string().contains("moves.json: expected {\"parameters\""), "{error}");
         }
         let folder = tempfile::tempdir().unwrap();
-        assert!(matches!(AutomationFile::read(folder.path()), Err(AutomationError::Read { .. })));
+        assert!(AutomationFile::read(folder.path()).unwrap_err().to_string().contains("cannot be read"));
     }
 }

@@ -1,7 +1,8 @@
 //! What both formats do for an instance.
 
-use crate::HostError;
+use crate::Fault;
 use crate::editor::Editor;
+use crate::error::missing;
 use crate::info::PluginInfo;
 use crate::mark::{Mark, Track};
 use crate::menu::MenuAction;
@@ -16,26 +17,26 @@ pub(crate) trait Backend {
     fn info(&self) -> &PluginInfo;
 
     /// Deactivates it and activates it with another setup.
-    fn restart(&mut self, setup: Setup) -> Result<(), HostError>;
+    fn restart(&mut self, setup: Setup) -> Result<(), Fault>;
 
-    fn parameters(&mut self) -> Result<Vec<Parameter>, HostError>;
+    fn parameters(&mut self) -> Result<Vec<Parameter>, Fault>;
 
     /// Queues a value for a sample of the next block.
-    fn set_at(&mut self, parameter: &Parameter, normalized: f64, offset: u32) -> Result<(), HostError>;
+    fn set_at(&mut self, parameter: &Parameter, normalized: f64, offset: u32) -> Result<(), Fault>;
 
     /// Hands the queued values over without sound.
-    fn flush(&mut self) -> Result<(), HostError>;
+    fn flush(&mut self) -> Result<(), Fault>;
 
-    fn value(&mut self, parameter: &Parameter) -> Result<f64, HostError>;
+    fn value(&mut self, parameter: &Parameter) -> Result<f64, Fault>;
 
     /// A value as the plugin writes it, with its unit.
-    fn text(&mut self, parameter: &Parameter, normalized: f64) -> Result<String, HostError>;
+    fn text(&mut self, parameter: &Parameter, normalized: f64) -> Result<String, Fault>;
 
     /// The value of a text, `None` where the plugin does not understand it.
-    fn parse(&mut self, parameter: &Parameter, text: &str) -> Result<Option<f64>, HostError>;
+    fn parse(&mut self, parameter: &Parameter, text: &str) -> Result<Option<f64>, Fault>;
 
     /// Plays a block with what was queued; the buffers are of one length, at most that of the setup.
-    fn process(&mut self, input: &[&[f32]], output: &mut [&mut [f32]], position: Option<Position>) -> Result<(), HostError>;
+    fn process(&mut self, input: &[&[f32]], output: &mut [&mut [f32]], position: Option<Position>) -> Result<(), Fault>;
 
     /// What the plugin calls its main output.
     fn main_output(&mut self) -> String;
@@ -43,7 +44,7 @@ pub(crate) trait Backend {
     /// How many inputs the plugin has after its main one.
     fn further_inputs(&mut self) -> usize;
 
-    fn latency(&mut self) -> Result<usize, HostError>;
+    fn latency(&mut self) -> Result<usize, Fault>;
 
     /// How often the plugin has asked for another activation.
     fn restarts(&self) -> usize;
@@ -56,19 +57,19 @@ pub(crate) trait Backend {
         None
     }
 
-    fn save(&mut self) -> Result<Vec<u8>, HostError>;
+    fn save(&mut self) -> Result<Vec<u8>, Fault>;
 
-    fn load(&mut self, state: &[u8]) -> Result<(), HostError>;
+    fn load(&mut self, state: &[u8]) -> Result<(), Fault>;
 
     /// A state in a file, or a preset of the format's own.
-    fn load_file(&mut self, _path: &Path, bytes: &[u8]) -> Result<(), HostError> {
+    fn load_file(&mut self, _path: &Path, bytes: &[u8]) -> Result<(), Fault> {
         self.load(bytes)
     }
 
     /// A preset that the bundle lists.
-    fn load_preset(&mut self, preset: &Preset) -> Result<(), HostError>;
+    fn load_preset(&mut self, preset: &Preset) -> Result<(), Fault>;
 
-    fn serve(&mut self) -> Result<(), HostError>;
+    fn serve(&mut self) -> Result<(), Fault>;
 
     /// Pages of remote controls; none where the format has no such thing.
     fn remote_pages(&mut self) -> Vec<RemotePage> {
@@ -76,13 +77,13 @@ pub(crate) trait Backend {
     }
 
     /// Marks a parameter in the plugin's editor.
-    fn mark(&mut self, _id: u32, _mark: &Mark) -> Result<(), HostError> {
-        Err(HostError::Missing { plugin: self.info().name.clone(), what: "marks on parameters" })
+    fn mark(&mut self, _id: u32, _mark: &Mark) -> Result<(), Fault> {
+        Err(missing(&self.info().name, "marks on parameters"))
     }
 
     /// Tells the plugin of the track that it is on.
-    fn set_track(&mut self, _track: Track) -> Result<(), HostError> {
-        Err(HostError::Missing { plugin: self.info().name.clone(), what: "interest in its track" })
+    fn set_track(&mut self, _track: Track) -> Result<(), Fault> {
+        Err(missing(&self.info().name, "interest in its track"))
     }
 
     /// What was chosen in the host's menus.
@@ -101,7 +102,7 @@ pub(crate) trait Backend {
 }
 
 /// Whether a track can be connected to a main input and output of so many channels.
-pub(crate) fn check_channels(plugin: &str, setup: &Setup, (input, output): (usize, usize)) -> Result<(), HostError> {
+pub(crate) fn check_channels(plugin: &str, setup: &Setup, (input, output): (usize, usize)) -> Result<(), Fault> {
     let (expected, found) = match (input, output) {
         (1, _) if setup.inputs > 1 => ("a main input of 2 channels for a track of 2".to_owned(), input),
         (3.., _) => ("a main input of 1 or 2 channels".to_owned(), input),
@@ -111,11 +112,11 @@ pub(crate) fn check_channels(plugin: &str, setup: &Setup, (input, output): (usiz
         _ if setup.outputs == output => return Ok(()),
         _ => (format!("a main output of {} channels", setup.outputs), output),
     };
-    Err(HostError::Layout { plugin: plugin.to_owned(), expected, found: found.to_string() })
+    Err(Fault::argument(plugin, expected, found))
 }
 
 /// Whether a plugin has inputs for all further tracks beside its main one.
-pub(crate) fn check_further(plugin: &str, setup: &Setup, inputs: usize) -> Result<(), HostError> {
+pub(crate) fn check_further(plugin: &str, setup: &Setup, inputs: usize) -> Result<(), Fault> {
     if setup.further <= inputs {
         return Ok(());
     }
@@ -123,7 +124,7 @@ pub(crate) fn check_further(plugin: &str, setup: &Setup, inputs: usize) -> Resul
         1 => "an input after the main one".to_owned(),
         further => format!("{further} inputs after the main one"),
     };
-    Err(HostError::Layout { plugin: plugin.to_owned(), expected, found: inputs.to_string() })
+    Err(Fault::argument(plugin, expected, inputs))
 }
 
 /// Copies a block of the main output; a single channel goes to all.

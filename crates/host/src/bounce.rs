@@ -1,6 +1,6 @@
 //! Sound rendered through a plugin, in time with its input.
 
-use crate::HostError;
+use crate::Fault;
 use crate::automation::Lane;
 use crate::instance::Instance;
 
@@ -22,7 +22,7 @@ impl<'a> Bounce<'a> {
     ///
     /// # Errors
     /// The plugin does not report its latency.
-    pub fn new(instance: &'a mut Instance, lanes: &'a [Lane]) -> Result<Self, HostError> {
+    pub fn new(instance: &'a mut Instance, lanes: &'a [Lane]) -> Result<Self, Fault> {
         let latency = instance.latency()?;
         instance.play_from(0.0);
         let block = vec![Vec::new(); instance.setup().outputs];
@@ -39,8 +39,8 @@ impl<'a> Bounce<'a> {
     /// latency is over.
     ///
     /// # Errors
-    /// As [`Instance::process_into`].
-    pub fn play(&mut self, input: &[&[f32]], output: &mut [Vec<f32>]) -> Result<(), HostError> {
+    /// A block that [`Instance::process_into`] refuses.
+    pub fn play(&mut self, input: &[&[f32]], output: &mut [Vec<f32>]) -> Result<(), Fault> {
         let len = input.first().map_or(0, |channel| channel.len());
         for lane in self.lanes {
             lane.events(self.position, len, |offset, value| self.instance.set_at(lane.id(), value, offset))?;
@@ -62,7 +62,7 @@ impl<'a> Bounce<'a> {
     ///
     /// # Errors
     /// The plugin does not report its latency.
-    pub fn finish(self) -> Result<Option<usize>, HostError> {
+    pub fn finish(self) -> Result<Option<usize>, Fault> {
         let now = self.instance.latency()?;
         Ok((now != self.latency).then_some(now))
     }
@@ -71,8 +71,8 @@ impl<'a> Bounce<'a> {
 /// Renders a whole signal and so many samples after its end; the result is that much longer than the input and in time with it.
 ///
 /// # Errors
-/// As [`Bounce`], channels of different lengths, or other outputs than two.
-pub fn bounce(instance: &mut Instance, input: &[&[f32]], lanes: &[Lane], tail: usize) -> Result<[Vec<f32>; 2], HostError> {
+/// A lane or a block that [`Bounce`] refuses, channels of different lengths, or other outputs than two.
+pub fn bounce(instance: &mut Instance, input: &[&[f32]], lanes: &[Lane], tail: usize) -> Result<[Vec<f32>; 2], Fault> {
     let block = instance.setup().block;
     let len = input.iter().map(|channel| channel.len()).max().unwrap_or(0);
     let mut bounce = Bounce::new(instance, lanes)?;

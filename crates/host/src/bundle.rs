@@ -1,6 +1,5 @@
 //! Files and folders with plugins.
 
-use crate::HostError;
 use crate::backend::Backend;
 use crate::clap::{self, ClapPlugin};
 use crate::info::{Format, PluginInfo};
@@ -8,6 +7,7 @@ use crate::instance::Instance;
 use crate::preset::{self, Preset};
 use crate::setup::Setup;
 use crate::vst3::{self, Module, Vst3Plugin};
+use crate::{Fault, error};
 use clack_host::prelude::PluginEntry;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -29,24 +29,24 @@ impl Bundle {
     ///
     /// # Errors
     /// Another name; a file that is missing, no plugin, made for another system, or without a plugin in it.
-    pub fn load(path: &Path) -> Result<Self, HostError> {
+    pub fn load(path: &Path) -> Result<Self, Fault> {
         let ending = path.extension().map(|e| e.to_string_lossy().to_ascii_lowercase());
         match ending.as_deref() {
             Some("clap") => Self::load_as(path, Format::Clap),
             Some("vst3") => Self::load_as(path, Format::Vst3),
-            _ => Err(HostError::Format { path: path.to_path_buf() }),
+            _ => Err(Fault::new(format!("{}: expected a plugin whose name ends in .clap or .vst3", path.display()))),
         }
     }
 
     /// Loads a plugin whatever its name.
     ///
     /// # Errors
-    /// As [`Bundle::load`].
-    pub fn load_as(path: &Path, format: Format) -> Result<Self, HostError> {
+    /// What [`Bundle::load`] refuses, but for the name.
+    pub fn load_as(path: &Path, format: Format) -> Result<Self, Fault> {
         // A name without a folder would be looked for among the system's libraries.
-        let path = std::path::absolute(path).map_err(|e| HostError::load(path, e))?;
+        let path = std::path::absolute(path).map_err(|e| error::unloaded(path, e))?;
         if !path.exists() {
-            return Err(HostError::load(&path, "there is no such file"));
+            return Err(error::unloaded(&path, "there is no such file"));
         }
         let (plugins, inner) = match format {
             Format::Clap => {
@@ -55,12 +55,12 @@ impl Bundle {
             }
             Format::Vst3 => {
                 let plugins = vst3::plugins(&path)?;
-                let module = Module::open(&path).map_err(|e| HostError::load(&path, e))?;
+                let module = Module::open(&path).map_err(|e| error::unloaded(&path, e))?;
                 (plugins, Inner::Vst3(Arc::new(module)))
             }
         };
         if plugins.is_empty() {
-            return Err(HostError::load(&path, "it lists no plugin"));
+            return Err(error::unloaded(&path, "it lists no plugin"));
         }
         Ok(Self { path, plugins, inner })
     }
@@ -96,7 +96,7 @@ impl Bundle {
     ///
     /// # Errors
     /// A setup out of range; a plugin that cannot be made or activated, or whose channels are not those of a track.
-    pub fn open(&self, setup: Setup) -> Result<Instance, HostError> {
+    pub fn open(&self, setup: Setup) -> Result<Instance, Fault> {
         self.open_plugin(&self.plugins()[0], setup)
     }
 
@@ -104,12 +104,11 @@ impl Bundle {
     ///
     /// # Errors
     /// The bundle has no such plugin.
-    pub fn find(&self, wanted: &str) -> Result<&PluginInfo, HostError> {
+    pub fn find(&self, wanted: &str) -> Result<&PluginInfo, Fault> {
         let found = self.plugins().iter().find(|p| p.id == wanted || p.name == wanted);
-        found.ok_or_else(|| HostError::NoSuchPlugin {
-            path: self.path.clone(),
-            wanted: wanted.to_owned(),
-            found: self.plugins().iter().map(|p| p.name.as_str()).collect::<Vec<_>>().join(", "),
+        found.ok_or_else(|| {
+            let names = self.plugins().iter().map(|p| p.name.as_str()).collect::<Vec<_>>().join(", ");
+            Fault::content(&self.path, format_args!("a plugin {wanted:?}"), names)
         })
     }
 
@@ -118,7 +117,7 @@ impl Bundle {
     ///
     /// # Errors
     /// The plugin lists presets but fails to.
-    pub fn presets(&self, plugin: &PluginInfo) -> Result<(Vec<Preset>, Vec<String>), HostError> {
+    pub fn presets(&self, plugin: &PluginInfo) -> Result<(Vec<Preset>, Vec<String>), Fault> {
         match &self.inner {
             Inner::Clap(entry) => clap::presets(entry, &self.path, &plugin.id),
             Inner::Vst3(_) => Ok((vst3::presets(plugin), Vec::new())),
@@ -128,16 +127,16 @@ impl Bundle {
     /// The preset of a plugin by its name.
     ///
     /// # Errors
-    /// As [`Bundle::presets`], or there is none of that name.
-    pub fn preset(&self, plugin: &PluginInfo, wanted: &str) -> Result<Preset, HostError> {
+    /// The plugin lists presets but fails to, or there is none of that name.
+    pub fn preset(&self, plugin: &PluginInfo, wanted: &str) -> Result<Preset, Fault> {
         preset::find(&self.presets(plugin)?.0, wanted, &plugin.name).cloned()
     }
 
     /// Opens an instance of one of [`Bundle::plugins`].
     ///
     /// # Errors
-    /// As [`Bundle::open`], or the plugin is not of this bundle.
-    pub fn open_plugin(&self, plugin: &PluginInfo, setup: Setup) -> Result<Instance, HostError> {
+    /// What [`Bundle::open`] refuses, or the plugin is not of this bundle.
+    pub fn open_plugin(&self, plugin: &PluginInfo, setup: Setup) -> Result<Instance, Fault> {
         setup.check()?;
         let backend: Box<dyn Backend> = match &self.inner {
             Inner::Clap(entry) => Box::new(ClapPlugin::open(entry, &self.path, plugin, setup)?),

@@ -18,7 +18,7 @@ use crate::parameter::{Edit, EditKind, Parameter, unit_of};
 use crate::preset::{Preset, PresetPlace};
 use crate::remote_page::RemotePage;
 use crate::setup::{Position, Setup};
-use crate::{HostError, rounded};
+use crate::{Fault, error, rounded};
 use clack_extensions::latency::PluginLatency;
 use clack_extensions::params::{ParamInfoBuffer, ParamInfoFlags, PluginParams};
 use clack_extensions::preset_discovery::prelude::{Location, PluginPresetLoad};
@@ -35,6 +35,7 @@ use libloading::Library;
 use ports::Ports;
 pub(crate) use presets::of as presets;
 use std::ffi::{CStr, CString};
+use std::fmt::Display;
 use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
@@ -58,10 +59,10 @@ fn host_info() -> Result<HostInfo, std::ffi::NulError> {
 }
 
 /// Loads a CLAP library.
-pub(crate) fn load(path: &Path) -> Result<PluginEntry, HostError> {
+pub(crate) fn load(path: &Path) -> Result<PluginEntry, Fault> {
     #[expect(unsafe_code, reason = "loading a shared library runs its code")]
     // SAFETY: the caller names the plugin whose code is to run.
-    let entry = unsafe { PluginEntry::load(path) }.map_err(|e| HostError::load(path, e))?;
+    let entry = unsafe { PluginEntry::load(path) }.map_err(|e| error::unloaded(path, e))?;
     stay(path);
     Ok(entry)
 }
@@ -93,11 +94,11 @@ pub(crate) struct ClapPlugin {
     ports: Ports,
     /// Values for the next block.
     pending: Vec<ParamValueEvent>,
-    /// The same, in order of time.
+    /// Values for the next block, in order of time.
     events: EventBuffer,
     /// The plugin's own events of a block.
     heard: EventBuffer,
-    /// The same of its parameters, in the plugin's own range.
+    /// The plugin's own changes of its parameters in a block, in the plugin's own range.
     edits: Vec<Edit>,
     /// Samples since the activation.
     steady: u64,
@@ -106,9 +107,9 @@ pub(crate) struct ClapPlugin {
 }
 
 impl ClapPlugin {
-    pub(crate) fn open(entry: &PluginEntry, path: &Path, plugin: &PluginInfo, setup: Setup) -> Result<Self, HostError> {
-        let info = host_info().map_err(|e| HostError::load(path, e))?;
-        let id = CString::new(plugin.id.as_str()).map_err(|e| HostError::load(path, e))?;
+    pub(crate) fn open(entry: &PluginEntry, path: &Path, plugin: &PluginInfo, setup: Setup) -> Result<Self, Fault> {
+        let info = host_info().map_err(|e| error::unloaded(path, e))?;
+        let id = CString::new(plugin.id.as_str()).map_err(|e| error::unloaded(path, e))?;
         let requests = Arc::new(Requests::new(setup.editors));
         let theirs = Arc::clone(&requests);
         let instance = PluginInstance::new(
@@ -118,7 +119,7 @@ impl ClapPlugin {
             &id,
             &info,
         )
-        .map_err(|e| HostError::load(path, e))?;
+        .map_err(|e| error::unloaded(path, e))?;
         let mut opened = Self {
             processor: None,
             instance,
@@ -139,16 +140,16 @@ impl ClapPlugin {
         Ok(opened)
     }
 
-    fn extension<E: Extension<ExtensionSide = PluginExtensionSide>>(&mut self, what: &'static str) -> Result<E, HostError> {
+    fn extension<E: Extension<ExtensionSide = PluginExtensionSide>>(&mut self, what: &'static str) -> Result<E, Fault> {
         let found = self.instance.plugin_handle().get_extension();
-        found.ok_or_else(|| HostError::Missing { plugin: self.info.name.clone(), what })
+        found.ok_or_else(|| error::missing(&self.info.name, what))
     }
 
-    fn failed(&self, what: &'static str, reason: impl ToString) -> HostError {
-        HostError::Failed { plugin: self.info.name.clone(), what, reason: reason.to_string() }
+    fn failed(&self, what: &'static str, reason: impl Display) -> Fault {
+        error::failed(&self.info.name, what, reason)
     }
 
-    fn start(&mut self) -> Result<(), HostError> {
+    fn start(&mut self) -> Result<(), Fault> {
         if let Ok(render) = self.extension::<PluginRender>("modes") {
             let mode = if self.setup.offline { RenderMode::Offline } else { RenderMode::Realtime };
             // Who declines the mode plays in the other.
@@ -213,7 +214,7 @@ impl Backend for ClapPlugin {
         &self.info
     }
 
-    fn restart(&mut self, setup: Setup) -> Result<(), HostError> {
+    fn restart(&mut self, setup: Setup) -> Result<(), Fault> {
         self.stop();
         // What the plugin has asked for may also come while it is not active.
         if Requests::take(&self.requests.callback) {
@@ -223,7 +224,7 @@ impl Backend for ClapPlugin {
         self.start()
     }
 
-    fn parameters(&mut self) -> Result<Vec<Parameter>, HostError> {
+    fn parameters(&mut self) -> Result<Vec<Parameter>, Fault> {
         let Ok(params) = self.extension::<PluginParams>("parameters") else { return Ok(Vec::new()) };
         let count = params.count(&self.instance.plugin_handle());
         let mut buffer = ParamInfoBuffer::new();
@@ -256,13 +257,13 @@ impl Backend for ClapPlugin {
         Ok(all)
     }
 
-    fn set_at(&mut self, parameter: &Parameter, normalized: f64, offset: u32) -> Result<(), HostError> {
+    fn set_at(&mut self, parameter: &Parameter, normalized: f64, offset: u32) -> Result<(), Fault> {
         let value = parameter.plain(normalized);
         self.pending.push(ParamValueEvent::new(offset, ClapId::new(parameter.id), Pckn::match_all(), value));
         Ok(())
     }
 
-    fn flush(&mut self) -> Result<(), HostError> {
+    fn flush(&mut self) -> Result<(), Fault> {
         let params = self.extension::<PluginParams>("parameters")?;
         self.queue(0);
         let Some(processor) = &mut self.processor else { return Err(self.failed("take values", "it is not active")) };
@@ -272,13 +273,13 @@ impl Backend for ClapPlugin {
         Ok(())
     }
 
-    fn value(&mut self, parameter: &Parameter) -> Result<f64, HostError> {
+    fn value(&mut self, parameter: &Parameter) -> Result<f64, Fault> {
         let params = self.extension::<PluginParams>("parameters")?;
         let value = params.get_value(&self.instance.plugin_handle(), ClapId::new(parameter.id));
         value.map(|v| parameter.normalized(v)).ok_or_else(|| self.failed("report a parameter's value", &parameter.name))
     }
 
-    fn text(&mut self, parameter: &Parameter, normalized: f64) -> Result<String, HostError> {
+    fn text(&mut self, parameter: &Parameter, normalized: f64) -> Result<String, Fault> {
         let params = self.extension::<PluginParams>("parameters")?;
         let mut text = [0; 256];
         let (id, value) = (ClapId::new(parameter.id), parameter.plain(normalized));
@@ -287,14 +288,14 @@ impl Backend for ClapPlugin {
         text.map_err(|_| self.failed("write a parameter's value", &parameter.name))
     }
 
-    fn parse(&mut self, parameter: &Parameter, text: &str) -> Result<Option<f64>, HostError> {
+    fn parse(&mut self, parameter: &Parameter, text: &str) -> Result<Option<f64>, Fault> {
         let params = self.extension::<PluginParams>("parameters")?;
         let Ok(text) = CString::new(text) else { return Ok(None) };
         let value = params.text_to_value(&self.instance.plugin_handle(), ClapId::new(parameter.id), &text);
         Ok(value.filter(|v| v.is_finite()).map(|v| parameter.normalized(v)))
     }
 
-    fn process(&mut self, input: &[&[f32]], output: &mut [&mut [f32]], position: Option<Position>) -> Result<(), HostError> {
+    fn process(&mut self, input: &[&[f32]], output: &mut [&mut [f32]], position: Option<Position>) -> Result<(), Fault> {
         // What the last block has asked for: a host's main thread comes later than its audio thread. This block is the flush.
         Requests::take(&self.requests.flush);
         self.serve()?;
@@ -327,7 +328,7 @@ impl Backend for ClapPlugin {
         self.ports.further_inputs()
     }
 
-    fn latency(&mut self) -> Result<usize, HostError> {
+    fn latency(&mut self) -> Result<usize, Fault> {
         if Requests::take(&self.requests.restart) {
             self.restart(self.setup)?;
         }
@@ -352,21 +353,21 @@ impl Backend for ClapPlugin {
         Some(self.may_sleep)
     }
 
-    fn save(&mut self) -> Result<Vec<u8>, HostError> {
+    fn save(&mut self) -> Result<Vec<u8>, Fault> {
         let state = self.extension::<PluginState>("state to save")?;
         let mut bytes = Vec::new();
         let saved = state.save(&self.instance.plugin_handle(), &mut bytes);
         saved.map(|()| bytes).map_err(|e| self.failed("save its state", e))
     }
 
-    fn load(&mut self, mut bytes: &[u8]) -> Result<(), HostError> {
+    fn load(&mut self, mut bytes: &[u8]) -> Result<(), Fault> {
         let state = self.extension::<PluginState>("state to load")?;
         let loaded = state.load(&self.instance.plugin_handle(), &mut bytes);
         self.serve()?;
         loaded.map_err(|_| self.failed("load a state", "it does not take it"))
     }
 
-    fn load_preset(&mut self, preset: &Preset) -> Result<(), HostError> {
+    fn load_preset(&mut self, preset: &Preset) -> Result<(), Fault> {
         let loading = self.extension::<PluginPresetLoad>("presets that a host can load")?;
         let text = |text: &str| CString::new(text).map_err(|e| self.failed("load a preset", e));
         let file = match &preset.place {
@@ -387,7 +388,7 @@ impl Backend for ClapPlugin {
         }
     }
 
-    fn serve(&mut self) -> Result<(), HostError> {
+    fn serve(&mut self) -> Result<(), Fault> {
         if Requests::take(&self.requests.callback) {
             self.instance.call_on_main_thread_callback();
         }
@@ -407,11 +408,11 @@ impl Backend for ClapPlugin {
         self.declared_pages()
     }
 
-    fn mark(&mut self, id: u32, mark: &Mark) -> Result<(), HostError> {
+    fn mark(&mut self, id: u32, mark: &Mark) -> Result<(), Fault> {
         self.show_mark(id, mark)
     }
 
-    fn set_track(&mut self, track: Track) -> Result<(), HostError> {
+    fn set_track(&mut self, track: Track) -> Result<(), Fault> {
         self.tell_track(track)
     }
 

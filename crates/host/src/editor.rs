@@ -1,6 +1,6 @@
 //! A plugin's own window.
 
-use crate::HostError;
+use crate::Fault;
 
 /// Size of an editor, pixels of the screen.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -44,7 +44,7 @@ pub trait Editor {
     ///
     /// # Errors
     /// It is open already, or the plugin refuses the window.
-    fn open(&mut self, window: u32, scale: f64) -> Result<EditorSize, HostError> {
+    fn open(&mut self, window: u32, scale: f64) -> Result<EditorSize, Fault> {
         self.open_by(Opening { window, scale, steps: &[EditorStep::Scale, EditorStep::Parent], pause: &mut || () })
     }
 
@@ -52,7 +52,7 @@ pub trait Editor {
     ///
     /// # Errors
     /// It is open already, or the plugin refuses a step.
-    fn open_by(&mut self, opening: Opening<'_>) -> Result<EditorSize, HostError>;
+    fn open_by(&mut self, opening: Opening<'_>) -> Result<EditorSize, Fault>;
 
     /// Whether it is open.
     fn is_open(&self) -> bool;
@@ -61,7 +61,7 @@ pub trait Editor {
     ///
     /// # Errors
     /// It is not open, or the plugin does not say.
-    fn size(&mut self) -> Result<EditorSize, HostError>;
+    fn size(&mut self) -> Result<EditorSize, Fault>;
 
     /// Whether the user may drag its border.
     fn can_resize(&mut self) -> bool;
@@ -70,7 +70,7 @@ pub trait Editor {
     ///
     /// # Errors
     /// It is not open, or the plugin refuses.
-    fn resize(&mut self, size: EditorSize) -> Result<EditorSize, HostError>;
+    fn resize(&mut self, size: EditorSize) -> Result<EditorSize, Fault>;
 
     /// The size that the plugin has asked for since this was last called; the host gives it by [`Editor::resize`].
     fn take_resize_request(&mut self) -> Option<EditorSize>;
@@ -79,26 +79,26 @@ pub trait Editor {
     ///
     /// # Errors
     /// It is not open, or the plugin refuses.
-    fn show(&mut self) -> Result<(), HostError>;
+    fn show(&mut self) -> Result<(), Fault>;
 
     /// Hides it and keeps it open.
     ///
     /// # Errors
     /// It is not open, the plugin refuses, or it is VST3, which has no hiding.
-    fn hide(&mut self) -> Result<(), HostError>;
+    fn hide(&mut self) -> Result<(), Fault>;
 
     /// Closes it; nothing happens where it is closed.
     ///
     /// # Errors
     /// The plugin does not let go of the window.
-    fn close(&mut self) -> Result<(), HostError>;
+    fn close(&mut self) -> Result<(), Fault>;
 
     /// Lets go of it without closing it, as hosts do that end in a hurry: a CLAP plugin finds it open when it ends. A VST3
     /// editor is closed.
     ///
     /// # Errors
-    /// As [`Editor::close`].
-    fn abandon(&mut self) -> Result<(), HostError> {
+    /// The plugin does not take its editor out of the window.
+    fn abandon(&mut self) -> Result<(), Fault> {
         self.close()
     }
 }

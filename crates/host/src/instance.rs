@@ -9,7 +9,7 @@ use crate::parameter::{Edit, Parameter, find};
 use crate::preset::Preset;
 use crate::remote_page::RemotePage;
 use crate::setup::{Position, Setup};
-use crate::{HostError, rounded};
+use crate::{Fault, error, rounded};
 use std::path::Path;
 
 /// One running plugin: opened, activated and processing until it is dropped.
@@ -22,7 +22,7 @@ pub struct Instance {
 }
 
 impl Instance {
-    pub(crate) fn new(mut plugin: Box<dyn Backend>, setup: Setup) -> Result<Self, HostError> {
+    pub(crate) fn new(mut plugin: Box<dyn Backend>, setup: Setup) -> Result<Self, Fault> {
         let parameters = plugin.parameters()?;
         Ok(Self { plugin, setup, parameters, transport: None })
     }
@@ -46,11 +46,11 @@ impl Instance {
     ///
     /// # Errors
     /// A setup out of range or with other channels, or the plugin does not start.
-    pub fn restart(&mut self, setup: Setup) -> Result<(), HostError> {
+    pub fn restart(&mut self, setup: Setup) -> Result<(), Fault> {
         setup.check()?;
         let channels = |setup: &Setup| format!("{} inputs and {} outputs", setup.inputs + setup.further, setup.outputs);
         if channels(&setup) != channels(&self.setup) {
-            return Err(HostError::unusable(format!("{}, as before", channels(&self.setup)), channels(&setup)));
+            return Err(Fault::unexpected(format!("{}, as before", channels(&self.setup)), channels(&setup)));
         }
         self.plugin.restart(setup)?;
         self.setup = setup;
@@ -63,7 +63,7 @@ impl Instance {
     ///
     /// # Errors
     /// The plugin does not take the values or does not start.
-    pub fn settle(&mut self) -> Result<(), HostError> {
+    pub fn settle(&mut self) -> Result<(), Fault> {
         if !self.parameters.is_empty() {
             self.plugin.flush()?;
         }
@@ -80,30 +80,28 @@ impl Instance {
     ///
     /// # Errors
     /// There is none, or several have the name.
-    pub fn parameter(&self, wanted: &str) -> Result<&Parameter, HostError> {
+    pub fn parameter(&self, wanted: &str) -> Result<&Parameter, Fault> {
         find(&self.parameters, wanted, &self.plugin.info().name)
     }
 
-    fn numbered(&self, id: u32) -> Result<usize, HostError> {
-        self.parameters.iter().position(|p| p.id == id).ok_or_else(|| HostError::NoSuchParameter {
-            plugin: self.plugin.info().name.clone(),
-            count: self.parameters.len(),
-            wanted: id.to_string(),
-            hint: String::new(),
-        })
+    fn numbered(&self, id: u32) -> Result<usize, Fault> {
+        self.parameters
+            .iter()
+            .position(|p| p.id == id)
+            .ok_or_else(|| error::no_such(&self.plugin.info().name, (self.parameters.len(), "parameters"), &id.to_string(), ""))
     }
 
     /// Sets a parameter at a sample of the next block, 0 to 1. A sample beyond the block counts as its last.
     ///
     /// # Errors
     /// There is no such parameter, the value is not from 0 to 1, or the sample is beyond the longest block.
-    pub fn set_at(&mut self, id: u32, normalized: f64, offset: usize) -> Result<(), HostError> {
+    pub fn set_at(&mut self, id: u32, normalized: f64, offset: usize) -> Result<(), Fault> {
         if !(0.0..=1.0).contains(&normalized) {
-            return Err(HostError::unusable("a value from 0 to 1", normalized));
+            return Err(Fault::unexpected("a value from 0 to 1", normalized));
         }
         let longest = self.setup.block;
         let offset = u32::try_from(offset).ok().filter(|&o| (o as usize) < longest);
-        let offset = offset.ok_or_else(|| HostError::unusable(format!("a sample below {longest}"), "a later one"))?;
+        let offset = offset.ok_or_else(|| Fault::unexpected(format!("a sample below {longest}"), "a later one"))?;
         let index = self.numbered(id)?;
         self.plugin.set_at(&self.parameters[index], normalized, offset)
     }
@@ -112,7 +110,7 @@ impl Instance {
     ///
     /// # Errors
     /// There is no such parameter, or the plugin does not report it.
-    pub fn value(&mut self, id: u32) -> Result<f64, HostError> {
+    pub fn value(&mut self, id: u32) -> Result<f64, Fault> {
         let index = self.numbered(id)?;
         self.plugin.value(&self.parameters[index])
     }
@@ -121,7 +119,7 @@ impl Instance {
     ///
     /// # Errors
     /// There is no such parameter, or the plugin does not report it.
-    pub fn text(&mut self, id: u32, normalized: f64) -> Result<String, HostError> {
+    pub fn text(&mut self, id: u32, normalized: f64) -> Result<String, Fault> {
         let index = self.numbered(id)?;
         self.plugin.text(&self.parameters[index], normalized)
     }
@@ -131,15 +129,14 @@ impl Instance {
     ///
     /// # Errors
     /// There is no such parameter, or the plugin does not understand the text.
-    pub fn from_text(&mut self, id: u32, text: &str) -> Result<f64, HostError> {
+    pub fn from_text(&mut self, id: u32, text: &str) -> Result<f64, Fault> {
         let index = self.numbered(id)?;
         let parameter = &self.parameters[index];
         let value = self.plugin.parse(parameter, text)?.filter(|v| (0.0..=1.0).contains(v));
-        value.ok_or_else(|| HostError::Value {
-            plugin: self.plugin.info().name.clone(),
-            parameter: parameter.name.clone(),
-            example: parameter.default_text.clone(),
-            found: text.to_owned(),
+        let plugin = &self.plugin.info().name;
+        value.ok_or_else(|| {
+            let expected = format!("a value that {plugin} understands, such as {:?}", parameter.default_text);
+            Fault::argument(format_args!("parameter {:?}", parameter.name), expected, format_args!("{text:?}"))
         })
     }
 
@@ -153,7 +150,7 @@ impl Instance {
     ///
     /// # Errors
     /// A setup with other outputs than two, slices of another number or length, or the plugin fails.
-    pub fn process(&mut self, input: &[&[f32]]) -> Result<[Vec<f32>; 2], HostError> {
+    pub fn process(&mut self, input: &[&[f32]]) -> Result<[Vec<f32>; 2], Fault> {
         let len = input.first().map_or(0, |channel| channel.len());
         let (mut left, mut right) = (vec![0.0; len], vec![0.0; len]);
         self.process_into(input, &mut [&mut left, &mut right])?;
@@ -163,8 +160,8 @@ impl Instance {
     /// [`Instance::process`] into buffers of the same length.
     ///
     /// # Errors
-    /// As [`Instance::process`].
-    pub fn process_into(&mut self, input: &[&[f32]], output: &mut [&mut [f32]]) -> Result<(), HostError> {
+    /// A block that [`Instance::process`] refuses.
+    pub fn process_into(&mut self, input: &[&[f32]], output: &mut [&mut [f32]]) -> Result<(), Fault> {
         let len = output.first().map_or(0, |channel| channel.len());
         let tracks = self.setup.inputs + self.setup.further;
         let fits = input.len() == tracks && output.len() == self.setup.outputs && len <= self.setup.block;
@@ -179,7 +176,7 @@ impl Instance {
             );
             let Setup { outputs, block, .. } = self.setup;
             let expected = format!("{tracks} inputs and {outputs} outputs of one length, at most {block}");
-            return Err(HostError::unusable(expected, found));
+            return Err(Fault::unexpected(expected, found));
         }
         let position = self.transport.map(|(from, since)| {
             let seconds = from + since as f64 / self.setup.rate;
@@ -207,7 +204,7 @@ impl Instance {
     ///
     /// # Errors
     /// The restart fails.
-    pub fn latency(&mut self) -> Result<usize, HostError> {
+    pub fn latency(&mut self) -> Result<usize, Fault> {
         self.plugin.latency()
     }
 
@@ -234,7 +231,7 @@ impl Instance {
     ///
     /// # Errors
     /// The plugin keeps none, or fails.
-    pub fn save(&mut self) -> Result<Vec<u8>, HostError> {
+    pub fn save(&mut self) -> Result<Vec<u8>, Fault> {
         self.plugin.save()
     }
 
@@ -242,7 +239,7 @@ impl Instance {
     ///
     /// # Errors
     /// The plugin keeps none, or refuses this one.
-    pub fn load(&mut self, state: &[u8]) -> Result<(), HostError> {
+    pub fn load(&mut self, state: &[u8]) -> Result<(), Fault> {
         self.plugin.load(state)?;
         self.relist()
     }
@@ -250,9 +247,9 @@ impl Instance {
     /// Restores a state from a file: as [`Instance::load`], and for VST3 a preset (`.vstpreset`).
     ///
     /// # Errors
-    /// As [`Instance::load`]; the file cannot be read, or is a preset of another plugin.
-    pub fn load_file(&mut self, path: &Path) -> Result<(), HostError> {
-        let bytes = std::fs::read(path).map_err(|e| HostError::load(path, e))?;
+    /// The plugin refuses the state; the file cannot be read, or is a preset of another plugin.
+    pub fn load_file(&mut self, path: &Path) -> Result<(), Fault> {
+        let bytes = std::fs::read(path).map_err(|e| error::unloaded(path, e))?;
         self.plugin.load_file(path, &bytes)?;
         self.relist()
     }
@@ -261,7 +258,7 @@ impl Instance {
     ///
     /// # Errors
     /// The plugin cannot load presets, refuses this one, or does not say that it has loaded it.
-    pub fn load_preset(&mut self, preset: &Preset) -> Result<(), HostError> {
+    pub fn load_preset(&mut self, preset: &Preset) -> Result<(), Fault> {
         self.plugin.load_preset(preset)?;
         self.relist()
     }
@@ -271,12 +268,12 @@ impl Instance {
     ///
     /// # Errors
     /// The plugin does not start again.
-    pub fn serve(&mut self) -> Result<(), HostError> {
+    pub fn serve(&mut self) -> Result<(), Fault> {
         self.plugin.serve()?;
         self.relist()
     }
 
-    fn relist(&mut self) -> Result<(), HostError> {
+    fn relist(&mut self) -> Result<(), Fault> {
         if self.plugin.relisted() {
             self.parameters = self.plugin.parameters()?;
         }
@@ -292,7 +289,7 @@ impl Instance {
     ///
     /// # Errors
     /// There is no such parameter, or the plugin or its format has no marks.
-    pub fn mark(&mut self, id: u32, mark: &Mark) -> Result<(), HostError> {
+    pub fn mark(&mut self, id: u32, mark: &Mark) -> Result<(), Fault> {
         self.numbered(id)?;
         self.plugin.mark(id, mark)
     }
@@ -301,7 +298,7 @@ impl Instance {
     ///
     /// # Errors
     /// The plugin does not ask for it, or this host cannot tell it in the format.
-    pub fn set_track(&mut self, track: Track) -> Result<(), HostError> {
+    pub fn set_track(&mut self, track: Track) -> Result<(), Fault> {
         self.plugin.set_track(track)
     }
 
@@ -321,8 +318,8 @@ impl Instance {
     ///
     /// # Errors
     /// It has no editor that can be put into an X11 window.
-    pub fn editor(&mut self) -> Result<&mut dyn Editor, HostError> {
+    pub fn editor(&mut self) -> Result<&mut dyn Editor, Fault> {
         let plugin = self.plugin.info().name.clone();
-        self.plugin.editor().ok_or(HostError::Missing { plugin, what: "editor for X11" })
+        self.plugin.editor().ok_or_else(|| error::missing(&plugin, "editor for X11"))
     }
 }

@@ -7,7 +7,7 @@
 //! ```no_run
 //! use promenade_host::{Bundle, Setup};
 //!
-//! # fn main() -> Result<(), promenade_host::HostError> {
+//! # fn main() -> Result<(), promenade_host::Fault> {
 //! let bundle = Bundle::load("Promenade.clap".as_ref())?;
 //! let mut plugin = bundle.open(Setup { offline: true, ..Setup::default() })?;
 //! let yaw = plugin.parameter("Yaw")?.id;
@@ -49,17 +49,17 @@ mod setup;
 mod vst3;
 
 pub use automation::{AUTOMATION_STEP, Lane, Point};
-pub use automation_file::{AutomationError, AutomationFile, MAX_AUTOMATION_BYTES};
+pub use automation_file::{AutomationFile, MAX_AUTOMATION_BYTES};
 pub use bounce::{Bounce, bounce};
 pub use bundle::Bundle;
 pub use editor::{Editor, EditorSize, EditorStep, Opening};
-pub use error::HostError;
 pub use info::{Format, PluginInfo};
 pub use instance::Instance;
 pub use mark::{AutomationMark, Colour, Mark, Track};
 pub use menu::MenuAction;
 pub use parameter::{Edit, EditKind, Parameter};
 pub use preset::{Preset, PresetPlace};
+pub use promenade_fault::Fault;
 pub use remote_page::{KNOBS, RemotePage};
 pub use setup::Setup;
 

@@ -1,6 +1,7 @@
 //! Parameters as a plugin lists them.
 
-use crate::HostError;
+use crate::Fault;
+use crate::error::no_such;
 
 /// A parameter as a plugin lists it.
 #[derive(Clone, Debug, PartialEq)]
@@ -52,13 +53,8 @@ pub(crate) fn unit_of(text: &str) -> &str {
 }
 
 /// The parameter of a name, or of a number where no name is so.
-pub(crate) fn find<'a>(parameters: &'a [Parameter], wanted: &str, plugin: &str) -> Result<&'a Parameter, HostError> {
-    let unknown = |hint: String| HostError::NoSuchParameter {
-        plugin: plugin.to_owned(),
-        count: parameters.len(),
-        wanted: wanted.to_owned(),
-        hint,
-    };
+pub(crate) fn find<'a>(parameters: &'a [Parameter], wanted: &str, plugin: &str) -> Result<&'a Parameter, Fault> {
+    let unknown = |hint: String| no_such(plugin, (parameters.len(), "parameters"), wanted, &hint);
     let mut named = parameters.iter().filter(|p| p.name == wanted);
     match (named.next(), named.next()) {
         (Some(found), None) => Ok(found),

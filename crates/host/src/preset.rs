@@ -1,6 +1,7 @@
 //! Presets as a plugin lists them for a host's browser.
 
-use crate::HostError;
+use crate::Fault;
+use crate::error::no_such;
 use std::path::PathBuf;
 
 /// Where a preset is.
@@ -34,12 +35,10 @@ pub struct Preset {
 }
 
 /// The preset of a name.
-pub(crate) fn find<'a>(presets: &'a [Preset], wanted: &str, plugin: &str) -> Result<&'a Preset, HostError> {
+pub(crate) fn find<'a>(presets: &'a [Preset], wanted: &str, plugin: &str) -> Result<&'a Preset, Fault> {
     let alike = || presets.iter().find(|preset| preset.name.eq_ignore_ascii_case(wanted.trim()));
-    presets.iter().find(|preset| preset.name == wanted).ok_or_else(|| HostError::NoSuchPreset {
-        plugin: plugin.to_owned(),
-        count: presets.len(),
-        wanted: wanted.to_owned(),
-        hint: alike().map_or_else(String::new, |preset| format!("; did you mean {:?}?", preset.name)),
+    presets.iter().find(|preset| preset.name == wanted).ok_or_else(|| {
+        let hint = alike().map_or_else(String::new, |preset| format!("; did you mean {:?}?", preset.name));
+        no_such(plugin, (presets.len(), "presets"), wanted, &hint)
     })
 }

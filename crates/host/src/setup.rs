@@ -1,6 +1,6 @@
 //! How an instance is played.
 
-use crate::HostError;
+use crate::Fault;
 
 /// More channels than any plugin has that is listened to.
 const MOST_OUTPUTS: usize = 256;
@@ -48,8 +48,8 @@ impl Default for Setup {
 
 impl Setup {
     /// Checks what is handed to plugins that may not.
-    pub(crate) fn check(&self) -> Result<(), HostError> {
-        let wrong = |expected: &str, found: String| Err(HostError::unusable(expected, found));
+    pub(crate) fn check(&self) -> Result<(), Fault> {
+        let wrong = |expected: &str, found: String| Err(Fault::unexpected(expected, found));
         if !(1.0..=10_000_000.0).contains(&self.rate) {
             return wrong("a sample rate of 1 to 10000000 Hz", format!("{} Hz", self.rate));
         }
@@ -99,7 +99,7 @@ mod tests {
             Setup { tempo: Some(0.0), ..good },
         ];
         for setup in bad {
-            assert!(matches!(setup.check(), Err(HostError::Unusable { .. })), "{setup:?}");
+            assert!(setup.check().is_err_and(|error| error.to_string().starts_with("expected")), "{setup:?}");
         }
     }
 }

@@ -5,16 +5,17 @@ mod editor;
 mod module;
 mod presets;
 
-use crate::HostError;
 use crate::backend::{Backend, check_channels, check_further, copy_out};
 use crate::editor::Editor;
 use crate::info::PluginInfo;
 use crate::parameter::{Edit, EditKind, Parameter};
 use crate::preset::{Preset, PresetPlace};
 use crate::setup::{Position, Setup};
+use crate::{Fault, error};
 use controller::Controller;
 pub(crate) use module::Module;
 pub(crate) use presets::of as presets;
+use std::fmt::Display;
 use std::path::Path;
 use std::sync::Arc;
 use vst3_host::audio::{AudioBuffers, SpeakerArrangement};
@@ -31,8 +32,8 @@ const AUDIO_CLASS: &str = "Audio Module Class";
 const PRESET: &[u8] = b"VST3\x01\0\0\0";
 
 /// The plugins of a bundle.
-pub(crate) fn plugins(path: &Path) -> Result<Vec<PluginInfo>, HostError> {
-    let detailed = get_detailed_plugin_info(path).map_err(|e| HostError::load(path, e))?;
+pub(crate) fn plugins(path: &Path) -> Result<Vec<PluginInfo>, Fault> {
+    let detailed = get_detailed_plugin_info(path).map_err(|e| error::unloaded(path, e))?;
     let vendor = detailed.info.vendor;
     let classes = detailed.classes.into_iter().filter(|class| class.category == AUDIO_CLASS);
     let info = |class: vst3_host::ClassInfo| PluginInfo {
@@ -61,8 +62,8 @@ pub(crate) struct Vst3Plugin {
 }
 
 impl Vst3Plugin {
-    pub(crate) fn open(module: &Arc<Module>, path: &Path, plugin: &PluginInfo, setup: Setup) -> Result<Self, HostError> {
-        let failed = |e: Error| HostError::load(path, e);
+    pub(crate) fn open(module: &Arc<Module>, path: &Path, plugin: &PluginInfo, setup: Setup) -> Result<Self, Fault> {
+        let failed = |e: Error| error::unloaded(path, e);
         let builder = Vst3Host::builder().sample_rate(setup.rate).block_size(setup.block);
         let mut host = builder.tempo(setup.tempo.unwrap_or(USUAL_TEMPO)).build().map_err(failed)?;
         let loaded = host.load_plugin_class(path, &plugin.id).map_err(failed)?;
@@ -82,12 +83,12 @@ impl Vst3Plugin {
         Ok(opened)
     }
 
-    fn failed(&self, what: &'static str, reason: impl ToString) -> HostError {
-        HostError::Failed { plugin: self.info.name.clone(), what, reason: reason.to_string() }
+    fn failed(&self, what: &'static str, reason: impl Display) -> Fault {
+        error::failed(&self.info.name, what, reason)
     }
 
     /// Proposes the layout for the track, takes what the plugin has then, and makes buffers for it.
-    fn arrange(&mut self) -> Result<(), HostError> {
+    fn arrange(&mut self) -> Result<(), Fault> {
         let own = self.plugin.bus_arrangements().map_err(|e| self.failed("report its inputs and outputs", e))?;
         let (mut inputs, mut outputs) = (own.inputs, own.outputs);
         let track = if self.setup.inputs == 1 { SpeakerArrangement::MONO } else { SpeakerArrangement::STEREO };
@@ -105,7 +106,7 @@ impl Vst3Plugin {
             let name = |buses: &[SpeakerArrangement]| buses.first().map_or(0, |bus| bus.raw());
             let expected = format!("the arrangement of speakers {:#x} as its main output", name(&outputs));
             let found = format!("{:#x}", name(&taken.outputs));
-            return Err(HostError::Layout { plugin: self.info.name.clone(), expected, found });
+            return Err(Fault::argument(&self.info.name, expected, found));
         }
         // The main buses come first; the outputs of others are unheard, and their inputs have the further tracks or silence.
         let others = taken.inputs.iter().enumerate().skip(1);
@@ -114,7 +115,7 @@ impl Vst3Plugin {
         Ok(())
     }
 
-    fn start(&mut self) -> Result<(), HostError> {
+    fn start(&mut self) -> Result<(), Fault> {
         let mode = if self.setup.offline { ProcessMode::Offline } else { ProcessMode::Realtime };
         self.plugin.set_process_mode(mode).map_err(|e| self.failed("take the mode", e))?;
         self.plugin.set_playing(false).map_err(|e| self.failed("take the transport", e))?;
@@ -123,21 +124,19 @@ impl Vst3Plugin {
     }
 
     /// Reads again what the plugin reports as changed, with a restart where the format needs one.
-    fn serve_requests(&mut self) -> Result<(), HostError> {
+    fn serve_requests(&mut self) -> Result<(), Fault> {
         let flags = self.plugin.service_host_requests().map_err(|e| self.failed("start again", e))?;
         self.restarts += usize::from(flags.latency_changed());
         Ok(())
     }
 
     /// The value of a text, asked of a controller that is made when the first text comes.
-    fn value_of(&mut self, id: u32, text: &str) -> Result<Option<f64>, HostError> {
+    fn value_of(&mut self, id: u32, text: &str) -> Result<Option<f64>, Fault> {
         let controller = match &mut self.controller {
             Some(controller) => controller,
             empty => {
                 let made = Controller::of_loaded(Arc::clone(&self.module), &self.info.id);
-                let failed =
-                    |reason| HostError::Failed { plugin: self.info.name.clone(), what: "make a second controller", reason };
-                empty.insert(made.map_err(failed)?)
+                empty.insert(made.map_err(|e| error::failed(&self.info.name, "make a second controller", e))?)
             }
         };
         Ok(controller.value_of(id, text).filter(|v| v.is_finite()))
@@ -194,7 +193,7 @@ impl Backend for Vst3Plugin {
         &self.info
     }
 
-    fn restart(&mut self, setup: Setup) -> Result<(), HostError> {
+    fn restart(&mut self, setup: Setup) -> Result<(), Fault> {
         self.plugin.stop_processing().map_err(|e| self.failed("stop", e))?;
         self.setup = setup;
         self.plugin.reconfigure(setup.rate, setup.block).map_err(|e| self.failed("take the setup", e))?;
@@ -203,38 +202,38 @@ impl Backend for Vst3Plugin {
         self.start()
     }
 
-    fn parameters(&mut self) -> Result<Vec<Parameter>, HostError> {
+    fn parameters(&mut self) -> Result<Vec<Parameter>, Fault> {
         let all = self.plugin.get_parameters().map_err(|e| self.failed("list its parameters", e))?;
         Ok(all.into_iter().map(|parameter| listed(&self.plugin, parameter)).collect())
     }
 
-    fn set_at(&mut self, parameter: &Parameter, normalized: f64, offset: u32) -> Result<(), HostError> {
+    fn set_at(&mut self, parameter: &Parameter, normalized: f64, offset: u32) -> Result<(), Fault> {
         let offset = i32::try_from(offset).unwrap_or(i32::MAX);
         let done = self.plugin.set_parameter_at(parameter.id, normalized, offset);
         done.map_err(|e| self.failed("take a parameter's value", e))
     }
 
-    fn flush(&mut self) -> Result<(), HostError> {
+    fn flush(&mut self) -> Result<(), Fault> {
         // A block of no samples is the format's way to do so.
         let mut nothing = AudioBuffers::new(self.buffers.inputs.len(), self.buffers.outputs.len(), 0, self.setup.rate);
         self.plugin.process_audio(&mut nothing).map_err(|e| self.failed("take values", e))
     }
 
-    fn value(&mut self, parameter: &Parameter) -> Result<f64, HostError> {
+    fn value(&mut self, parameter: &Parameter) -> Result<f64, Fault> {
         self.plugin.get_parameter(parameter.id).map_err(|e| self.failed("report a parameter's value", e))
     }
 
-    fn text(&mut self, parameter: &Parameter, normalized: f64) -> Result<String, HostError> {
+    fn text(&mut self, parameter: &Parameter, normalized: f64) -> Result<String, Fault> {
         let written = self.plugin.format_parameter(parameter.id, normalized);
         let text = written.map(|text| with_unit(&text, &format!(" {}", parameter.unit)));
         text.map_err(|e| self.failed("write a parameter's value", e))
     }
 
-    fn parse(&mut self, parameter: &Parameter, text: &str) -> Result<Option<f64>, HostError> {
+    fn parse(&mut self, parameter: &Parameter, text: &str) -> Result<Option<f64>, Fault> {
         self.value_of(parameter.id, text)
     }
 
-    fn process(&mut self, input: &[&[f32]], output: &mut [&mut [f32]], position: Option<Position>) -> Result<(), HostError> {
+    fn process(&mut self, input: &[&[f32]], output: &mut [&mut [f32]], position: Option<Position>) -> Result<(), Fault> {
         let len = output.first().map_or(0, |channel| channel.len());
         if let Some(position) = position {
             let quarter_notes = position.seconds * self.tempo / 60.0;
@@ -279,7 +278,7 @@ impl Backend for Vst3Plugin {
         self.plugin.bus_arrangements().map_or(0, |buses| buses.inputs.len().saturating_sub(1))
     }
 
-    fn latency(&mut self) -> Result<usize, HostError> {
+    fn latency(&mut self) -> Result<usize, Fault> {
         self.serve_requests()?;
         Ok(self.plugin.latency_samples() as usize)
     }
@@ -293,15 +292,15 @@ impl Backend for Vst3Plugin {
         (samples != u32::MAX).then_some(samples as usize)
     }
 
-    fn save(&mut self) -> Result<Vec<u8>, HostError> {
+    fn save(&mut self) -> Result<Vec<u8>, Fault> {
         self.plugin.save_state().map_err(|e| self.failed("save its state", e))
     }
 
-    fn load(&mut self, state: &[u8]) -> Result<(), HostError> {
+    fn load(&mut self, state: &[u8]) -> Result<(), Fault> {
         self.plugin.load_state(state).map_err(|e| self.failed("load a state", e))
     }
 
-    fn load_file(&mut self, path: &Path, bytes: &[u8]) -> Result<(), HostError> {
+    fn load_file(&mut self, path: &Path, bytes: &[u8]) -> Result<(), Fault> {
         if bytes.starts_with(PRESET) {
             self.plugin.load_vstpreset(path).map_err(|e| self.failed("load a preset", e))
         } else {
@@ -309,14 +308,14 @@ impl Backend for Vst3Plugin {
         }
     }
 
-    fn load_preset(&mut self, preset: &Preset) -> Result<(), HostError> {
+    fn load_preset(&mut self, preset: &Preset) -> Result<(), Fault> {
         let PresetPlace::File(path) = &preset.place else {
             return Err(self.failed("load a preset", "it is in no file"));
         };
         self.plugin.load_vstpreset(path).map_err(|e| self.failed("load a preset", e))
     }
 
-    fn serve(&mut self) -> Result<(), HostError> {
+    fn serve(&mut self) -> Result<(), Fault> {
         // Restarts wait until somebody asks for the latency: in the middle of a rendering they would cut the sound.
         self.plugin.service_run_loop();
         Ok(())

@@ -2,6 +2,7 @@
 
 use crate::measures::Unmeasurable;
 use promenade_core::RenderError;
+use promenade_fault::Fault;
 use promenade_metrics::MetricError;
 use thiserror::Error;
 
@@ -25,4 +26,10 @@ pub enum JudgeError {
     /// The figures are no longer asked for.
     #[error("given up")]
     Unwanted,
+}
+
+impl From<JudgeError> for Fault {
+    fn from(error: JudgeError) -> Self {
+        Self::of(error)
+    }
 }

@@ -9,6 +9,7 @@ use glam::{DQuat, DVec3};
 use promenade_core::MAX_KEYFRAMES;
 use roxmltree::{Document, Node, NodeId, ParsingOptions};
 use std::collections::HashMap;
+use std::fmt::Display;
 
 /// Steps a second along the way from one block to the next: paths are curves, and these ways straight lines.
 const STEPS_PER_S: f64 = 20.0;
@@ -37,11 +38,12 @@ struct Place {
 
 pub(crate) fn read(file: &str, bytes: &[u8], options: &ImportOptions) -> Result<Track, PathFileError> {
     let xml = axml(file, bytes)?;
-    let text = std::str::from_utf8(xml).map_err(|e| PathFileError::at(file, "chunk axml", "text in UTF-8", e.to_string()))?;
-    modest(text).map_err(|(expected, found)| PathFileError::at(file, "chunk axml", expected, found))?;
+    let text =
+        std::str::from_utf8(xml).map_err(|e| PathFileError::entry(file, "chunk axml", "text in UTF-8", e.to_string()))?;
+    modest(text).map_err(|(expected, found)| PathFileError::entry(file, "chunk axml", expected, found))?;
     let limits = ParsingOptions { nodes_limit: MAX_NODES, ..ParsingOptions::default() };
     let document = Document::parse_with_options(text.trim_end_matches('\0'), limits)
-        .map_err(|e| PathFileError::at(file, "chunk axml", "XML of the Audio Definition Model", e.to_string()))?;
+        .map_err(|e| PathFileError::entry(file, "chunk axml", "XML of the Audio Definition Model", e.to_string()))?;
     let model = Model::new(file, &document);
     let (object, mut notes) = model.object(options.object.as_deref())?;
     let pack = model.referred(object, "audioPackFormatIDRef", &model.packs)?;
@@ -118,7 +120,7 @@ fn axml<'a>(file: &str, bytes: &'a [u8]) -> Result<&'a [u8], PathFileError> {
         let start = at + 8;
         let end = usize::try_from(length).ok().and_then(|length| start.checked_add(length));
         let Some(end) = end.filter(|end| *end <= bytes.len()) else {
-            return Err(PathFileError::at(
+            return Err(PathFileError::entry(
                 file,
                 format!("byte {at}"),
                 "a chunk that ends in the file",
@@ -159,9 +161,9 @@ struct Kind<'a, 'i> {
 }
 
 impl<'a, 'i> Model<'a, 'i> {
-    fn wrong(&self, node: Node, expected: &str, found: impl Into<String>) -> PathFileError {
+    fn wrong(&self, node: Node, expected: &str, found: impl Display) -> PathFileError {
         let line = self.document.text_pos_at(node.range().start).row;
-        PathFileError::at(self.file, format!("axml, line {line}"), expected, found)
+        PathFileError::entry(self.file, format!("axml, line {line}"), expected, found)
     }
 
     fn new(file: &'a str, document: &'a Document<'i>) -> Self {
@@ -220,7 +222,7 @@ impl<'a, 'i> Model<'a, 'i> {
         let Some(object) = found else {
             let expected = wanted.map_or("an audioObject with a pack".to_owned(), |wanted| format!("an object {wanted:?}"));
             let found = if names.is_empty() { "no object".to_owned() } else { names };
-            return Err(PathFileError::at(self.file, "axml", expected, found));
+            return Err(PathFileError::entry(self.file, "axml", expected, found));
         };
         let mut notes = Vec::new();
         if wanted.is_none() {

@@ -130,7 +130,7 @@ fn parse(file: &str, bytes: &[u8], format: Format, notes: &mut Vec<String>) -> R
 pub(crate) fn sorted(file: &str, mut images: Vec<Image>) -> Result<Vec<Image>, PathFileError> {
     images.sort_by(|a, b| names::natural(&a.name, &b.name));
     match images.windows(2).find(|pair| pair[0].name == pair[1].name) {
-        Some(twice) => Err(PathFileError::at(file, format!("image {}", twice[1].name), "each image once", "it twice")),
+        Some(twice) => Err(PathFileError::entry(file, format!("image {}", twice[1].name), "each image once", "it twice")),
         None => Ok(images),
     }
 }
@@ -171,15 +171,15 @@ fn cameras(images: &[Image]) -> String {
 fn image(file: &str, place: &str, name: String, [id, camera]: [u32; 2], pose: [f64; 7]) -> Result<Image, PathFileError> {
     let [w, x, y, z, tx, ty, tz] = pose;
     let rotation = crate::waypoint::unit([w, x, y, z])
-        .map_err(|length| PathFileError::at(file, place, "a unit quaternion", format!("one of length {length}")))?;
+        .map_err(|length| PathFileError::entry(file, place, "a unit quaternion", format!("one of length {length}")))?;
     let translation = DVec3::new(tx, ty, tz);
     if !translation.is_finite() {
-        return Err(PathFileError::at(file, place, "a finite translation", translation.to_string()));
+        return Err(PathFileError::entry(file, place, "a finite translation", translation.to_string()));
     }
     let image = Image { id, name, camera, rotation, translation };
     if !image.head().is_valid() {
         let expected = format!("a camera within {:e} units of the origin", Pose::FARTHEST_M);
-        return Err(PathFileError::at(file, place, expected, format!("one at {}", image.centre())));
+        return Err(PathFileError::entry(file, place, expected, format!("one at {}", image.centre())));
     }
     Ok(image)
 }

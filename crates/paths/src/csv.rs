@@ -58,7 +58,7 @@ pub(crate) fn read(file: &str, bytes: &[u8]) -> Result<Track, PathFileError> {
         lines.push(line);
     }
     if columns.is_none() {
-        return Err(PathFileError::at(file, "line 1", head_expected(), "no row"));
+        return Err(PathFileError::entry(file, "line 1", head_expected(), "no row"));
     }
     Ok(Track { waypoints, place: Box::new(move |index| format!("line {}", lines[index])), notes })
 }
@@ -77,7 +77,7 @@ fn head_expected() -> String {
 impl Columns {
     fn of(file: &str, line: u64, head: &StringRecord, notes: &mut Vec<String>) -> Result<Self, PathFileError> {
         let names: Vec<String> = head.iter().map(str::to_ascii_lowercase).collect();
-        let wrong = |found: String| PathFileError::at(file, format!("line {line}"), head_expected(), found);
+        let wrong = |found: String| PathFileError::entry(file, format!("line {line}"), head_expected(), found);
         let find = |name: &str| names.iter().position(|n| n == name);
         let known = |n: &str| TIME_AND_PLACE.contains(&n) || ANGLES.contains(&n) || QUATERNION.contains(&n);
         for (index, name) in names.iter().enumerate() {
@@ -109,7 +109,7 @@ impl Columns {
         let place = || format!("line {line}");
         if row.len() != self.count {
             let expected = format!("{} fields, as in the head", self.count);
-            return Err(PathFileError::at(file, place(), expected, row.len().to_string()));
+            return Err(PathFileError::entry(file, place(), expected, row.len().to_string()));
         }
         let values = |columns: &[usize], names: &[&str]| -> Result<Vec<f64>, PathFileError> {
             columns.iter().zip(names).map(|(c, name)| number(file, line, name, &row[*c])).collect()
@@ -118,8 +118,9 @@ impl Columns {
         let names = if self.facing.len() == ANGLES.len() { &ANGLES[..] } else { &QUATERNION };
         let orientation = match values(&self.facing, names)?[..] {
             [yaw, pitch, roll] => from_degrees([yaw, pitch, roll]),
-            ref q => unit([q[0], q[1], q[2], q[3]])
-                .map_err(|length| PathFileError::at(file, place(), "a unit quaternion", format!("one of length {length}")))?,
+            ref q => unit([q[0], q[1], q[2], q[3]]).map_err(|length| {
+                PathFileError::entry(file, place(), "a unit quaternion", format!("one of length {length}"))
+            })?,
         };
         Ok(Waypoint { t_s: at[0], position: DVec3::new(at[1], at[2], at[3]), orientation })
     }

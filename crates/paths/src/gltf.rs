@@ -33,7 +33,7 @@ pub(crate) fn read(file: &str, bytes: &[u8], options: &ImportOptions, beside: &m
         let left = up.cross(ahead).try_normalize();
         let (Some(ahead), Some(left)) = (ahead.try_normalize(), left) else {
             let found = "one scaled to nothing or beyond numbers";
-            return Err(PathFileError::at(file, subject.name(&document), format!("a direction at {t_s} s"), found));
+            return Err(PathFileError::entry(file, subject.name(&document), format!("a direction at {t_s} s"), found));
         };
         // Square again where a parent scales its axes unevenly.
         let orientation = DQuat::from_mat3(&DMat3::from_cols(ahead, left, ahead.cross(left))).normalize();

@@ -37,11 +37,10 @@ impl<'de> Deserialize<'de> for Entries {
 }
 
 pub(crate) fn read(file: &str, bytes: &[u8]) -> Result<Track, PathFileError> {
-    let Entries(entries) =
-        serde_json::from_str(text::of(file, bytes)?).map_err(|source| PathFileError::Json { file: file.to_owned(), source })?;
+    let Entries(entries) = serde_json::from_str(text::of(file, bytes)?).map_err(PathFileError::json(file))?;
     let waypoint = |(index, entry): (usize, &KeyframeEntry)| entry.to_keyframe(index).map(|k| Waypoint::at(k.t_s, &k.pose));
     let waypoints = entries.iter().enumerate().map(waypoint).collect::<Result<_, _>>();
-    let waypoints = waypoints.map_err(|source| PathFileError::Keyframes { file: file.to_owned(), source })?;
+    let waypoints = waypoints.map_err(PathFileError::at(file, "no camera path"))?;
     Ok(Track { waypoints, place: Box::new(|index| format!("keyframe {index}")), notes: Vec::new() })
 }
 

@@ -1,5 +1,6 @@
 //! What is given with the bytes of a path's file.
 
+use crate::error;
 use crate::{Format, PathFileError, PlacementOptions};
 use glam::Vec3;
 use std::io;
@@ -38,7 +39,7 @@ impl ImportOptions {
     /// Refuses an option that is out of range or without effect.
     pub(crate) fn check(&self, format: Format) -> Result<(), PathFileError> {
         if let Some(fps) = self.fps.filter(|v| !(1e-6..=1e6).contains(v)) {
-            return Err(PathFileError::option("fps", "a number from 0.000001 to 1000000", fps.to_string()));
+            return Err(error::option("fps", "a number from 0.000001 to 1000000", fps.to_string()));
         }
         let colmap = format.is_colmap();
         let gltf = format == Format::Gltf;
@@ -52,7 +53,7 @@ impl ImportOptions {
             ("emitter", self.emitter.is_some(), format == Format::Adm, "an object of an ADM file"),
         ] {
             if given && !fits {
-                return Err(PathFileError::option(option, what, format!("a path in {}", format.name())));
+                return Err(error::option(option, what, format!("a path in {}", format.name())));
             }
         }
         Ok(())

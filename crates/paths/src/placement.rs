@@ -1,6 +1,7 @@
 //! Where a foreign world comes to lie in the scene's: what a user gives goes before what the data state.
 
 use crate::PathFileError;
+use crate::error::option;
 use crate::waypoint::Waypoint;
 use glam::{DQuat, DVec3, Vec3};
 use promenade_core::Pose;
@@ -69,12 +70,12 @@ impl PlacementOptions {
         let mut frame = stated;
         if let Some(up) = self.up {
             let direction = up.as_dvec3().try_normalize();
-            frame = frame.tilted(direction.ok_or_else(|| PathFileError::option("up", "a direction", up.to_string()))?);
+            frame = frame.tilted(direction.ok_or_else(|| option("up", "a direction", up.to_string()))?);
         }
         if let Some(metres) = self.metres_per_unit {
             if !METRES_PER_UNIT.contains(&metres) {
                 let expected = "a number from 0.000001 to 1000000";
-                return Err(PathFileError::option("metres-per-unit", expected, metres.to_string()));
+                return Err(option("metres-per-unit", expected, metres.to_string()));
             }
             frame.metres_per_unit = metres;
         }
@@ -84,7 +85,7 @@ impl PlacementOptions {
             (Some(Origin::Point(point)), _) => frame.origin = point.as_dvec3(),
             (Some(by_heads), []) => {
                 let expected = "keep or a point, where there are no cameras";
-                return Err(PathFileError::option("origin", expected, by_heads.to_string()));
+                return Err(option("origin", expected, by_heads.to_string()));
             }
             (Some(by_heads), [first, ..]) => {
                 let mean = || heads.iter().map(|w| w.position).sum::<DVec3>() / heads.len() as f64;

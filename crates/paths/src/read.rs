@@ -59,7 +59,7 @@ pub fn read(file: &str, bytes: &[u8], options: &ImportOptions, beside: &mut Besi
     if matches!(format, Format::Gltf | Format::Adm) {
         path = simplify(path.keyframes(), GLTF_TOLERANCE_M, GLTF_TOLERANCE_RAD)
             .and_then(CameraPath::new)
-            .map_err(|source| PathFileError::Keyframes { file: file.to_owned(), source })?;
+            .map_err(PathFileError::at(file, "no camera path"))?;
     }
     let mut notes = track.notes;
     if matches!(format, Format::ColmapText | Format::ColmapBinary | Format::Transforms) {

@@ -7,7 +7,7 @@ pub(crate) fn of<'a>(file: &str, bytes: &'a [u8]) -> Result<&'a str, PathFileErr
     let text = std::str::from_utf8(bytes).map_err(|e| {
         let line = 1 + bytes.iter().take(e.valid_up_to()).filter(|b| **b == b'\n').count();
         let found = bytes.get(e.valid_up_to()).map_or("nothing".to_owned(), |b| format!("the byte {b:#04x}"));
-        PathFileError::at(file, format!("line {line}"), "text in UTF-8", found)
+        PathFileError::entry(file, format!("line {line}"), "text in UTF-8", found)
     })?;
     Ok(text.strip_prefix('\u{feff}').unwrap_or(text))
 }
@@ -24,7 +24,8 @@ pub(crate) fn quoted(text: &str) -> String {
 /// A finite number, or what is wrong.
 pub(crate) fn number(file: &str, line: u64, name: &str, field: &str) -> Result<f64, PathFileError> {
     let value = field.parse::<f64>().ok().filter(|v| v.is_finite());
-    value.ok_or_else(|| PathFileError::at(file, format!("line {line}"), format!("a finite number for {name}"), quoted(field)))
+    value
+        .ok_or_else(|| PathFileError::entry(file, format!("line {line}"), format!("a finite number for {name}"), quoted(field)))
 }
 
 /// An angle in degrees to 1e-7 rad, which is as fine as orientations are, as short as that allows and without a negative zero.

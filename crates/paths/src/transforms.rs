@@ -38,8 +38,7 @@ enum Matrix {
 }
 
 pub(crate) fn read(file: &str, bytes: &[u8], options: &ImportOptions) -> Result<Track, PathFileError> {
-    let document: Document =
-        serde_json::from_str(text::of(file, bytes)?).map_err(|source| PathFileError::Json { file: file.to_owned(), source })?;
+    let document: Document = serde_json::from_str(text::of(file, bytes)?).map_err(PathFileError::json(file))?;
     let Some(frames) = document.frames.or(document.camera_path) else {
         let expected = "an array of keyframes, or an object with \"frames\" or a \"camera_path\"";
         return Err(PathFileError::content(file, expected, "an object with neither"));
@@ -69,7 +68,7 @@ pub(crate) fn read(file: &str, bytes: &[u8], options: &ImportOptions) -> Result<
 /// A frame as an image of COLMAP's: from the world to a camera with x right, y down, z forward.
 fn image(file: &str, index: usize, frame: &Frame) -> Result<Image, PathFileError> {
     let name = frame.file_path.clone().unwrap_or_else(|| format!("{index}"));
-    let wrong = |expected: &str, found: String| PathFileError::at(file, format!("frame {name}"), expected, found);
+    let wrong = |expected: &str, found: String| PathFileError::entry(file, format!("frame {name}"), expected, found);
     let flat = match &frame.transform_matrix {
         Matrix::Flat(values) => values.clone(),
         Matrix::Rows(rows) if rows.iter().all(|row| row.len() == 4) => rows.concat(),

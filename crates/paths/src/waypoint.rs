@@ -46,13 +46,13 @@ impl Track {
             PathError::NotRising { index, found, previous } => {
                 let before = (self.place)(index - 1);
                 let expected = format!("a time after {previous} s, that of {before}");
-                PathFileError::at(file, (self.place)(index), expected, format!("{found} s"))
+                PathFileError::entry(file, (self.place)(index), expected, format!("{found} s"))
             }
             PathError::NotFinite { index } => {
                 let found = "a time, position or orientation out of range";
-                PathFileError::at(file, (self.place)(index), "a finite pose", found)
+                PathFileError::entry(file, (self.place)(index), "a finite pose", found)
             }
-            source => PathFileError::Keyframes { file: file.to_owned(), source },
+            source => PathFileError::at(file, "no camera path")(source),
         })
     }
 }

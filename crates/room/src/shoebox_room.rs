@@ -253,8 +253,6 @@ struct Modelled<'a> {
 }
 
 impl LatePart for Modelled<'_> {
-    type Error = RoomError;
-
     /// It sets in over some hops and then decays.
     fn unit(
         &self,

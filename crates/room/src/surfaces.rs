@@ -143,21 +143,18 @@ pub fn energy_at(at: DVec3, images: impl Iterator<Item = (DVec3, Octaves)>, rest
 
 /// How the noise of a room's late part is known and what a head's turns make of it.
 pub trait LatePart {
-    /// Why it is not known.
-    type Error: From<RoomError>;
-
     /// Energy per hop and band that the late part has at a gain of 1, with the noise that `tail` names afterwards. `late` is
     /// what the places hear, `start` the number of the one to start at.
     ///
     /// # Errors
-    /// As the implementation has them.
+    /// The late part cannot be known.
     fn unit(
         &self,
         tail: &mut TailModel,
         shape: TransferShape,
         late: &[LateEnergies],
         start: usize,
-    ) -> Result<HopEnergies, Self::Error>;
+    ) -> Result<HopEnergies, RoomError>;
 
     /// Turns of the head that are told apart, and the rows of each place for each of them; `rows` are those of a head that
     /// turns anywhere.
@@ -208,7 +205,7 @@ impl Surfaces {
     ///
     /// # Errors
     /// What `noise` says; parts that make no scene.
-    pub fn scene<L: LatePart>(self, head: &SceneHead, seed: u64, noise: &L) -> Result<Scene, L::Error> {
+    pub fn scene(self, head: &SceneHead, seed: u64, noise: &impl LatePart) -> Result<Scene, RoomError> {
         let (grid, bands) = (head.grid, head.bands.clone());
         let taps = early_taps(self.typical_t60_s, grid.hop_s());
         let shape = TransferShape { bins: grid.bins(), bands: bands.count(), taps };
@@ -229,7 +226,7 @@ impl Surfaces {
         let nodes = FieldGrid { position: self.places.axes.clone(), facing };
         let room = Field::new(nodes, TransferShape { bins: 0, ..shape }, Rows::Whole(table));
         let (Some(room), Some(field)) = (room, head.direct(self.emitter, gain as f32)) else {
-            return Err(RoomError::argument("table of the scene", "a row per node", "another number").into());
+            return Err(RoomError::argument("table of the scene", "a row per node", "another number"));
         };
         let (images, corners) = (self.images(head, gain), self.corners(head, gain));
         let parts = SceneParts {
@@ -247,7 +244,7 @@ impl Surfaces {
             anchors: self.outline,
             ..SceneParts::new(grid, bands, tail)
         };
-        Ok(Scene::new(parts).map_err(RoomError::from)?)
+        Ok(Scene::new(parts)?)
     }
 
     /// Corners as they are played, at the level of the head ahead.

@@ -86,7 +86,7 @@ pub fn read_head(path: &Path) -> Result<Head, SofaError> {
             m.levels_db.reverse();
         }
     }
-    let head = |source: HeadError| SofaError::Head { path: path.to_path_buf(), source };
+    let head = |source: HeadError| SofaError::at(path, "no head")(source);
     Head::new(&about.title, &about.credit, measured).map_err(head)
 }
 

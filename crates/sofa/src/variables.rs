@@ -4,14 +4,14 @@ use crate::SofaError;
 use crate::spherical::{Side, to_cartesian};
 use hdf5_pure::{Dataset, File};
 use promenade_core::glam::{Mat3, Quat, Vec3};
+use std::fmt::Display;
 use std::path::Path;
 
 /// Values of a variable other than the responses.
 const MAX_VALUES: u64 = 1 << 24;
 
 pub(crate) fn failed<E: Into<hdf5_pure::Error>>(path: &Path) -> impl Fn(E) -> SofaError {
-    let path = path.to_path_buf();
-    move |source| SofaError::Hdf5 { path: path.clone(), source: Box::new(source.into()) }
+    move |source| SofaError::unreadable(path, "SOFA (HDF5) file", source.into())
 }
 
 /// An open file.
@@ -33,7 +33,7 @@ impl Points {
 }
 
 impl Variables<'_> {
-    pub(crate) fn wrong(&self, variable: &str, expected: impl Into<String>, found: impl ToString) -> SofaError {
+    pub(crate) fn wrong(&self, variable: &str, expected: impl Display, found: impl Display) -> SofaError {
         SofaError::entry(self.path, variable, expected, found)
     }
 

@@ -105,14 +105,13 @@ impl Study {
     /// A file that cannot be read or is no study, with what was expected and found.
     pub fn read(path: &Path) -> Result<Self, FileError> {
         let size = std::fs::metadata(path).map_err(FileError::read(path))?.len();
-        let wrong =
-            |expected: &str, found: String| FileError::Content { path: path.to_owned(), expected: expected.to_owned(), found };
+        let wrong = |expected: &str, found: String| FileError::content(path, expected, found);
         if size > MOST_BYTES {
             return Err(wrong("a study of at most 4 MiB", format!("{size} bytes")));
         }
         let text = std::fs::read_to_string(path).map_err(FileError::read(path))?;
         let study: Self = serde_json::from_str(&text).map_err(|error| wrong("a study", error.to_string()))?;
-        study.check().map_err(|(entry, expected, found)| FileError::Entry { path: path.to_owned(), entry, expected, found })?;
+        study.check().map_err(|(entry, expected, found)| FileError::entry(path, entry, expected, found))?;
         Ok(study)
     }
 

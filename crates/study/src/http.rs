@@ -4,7 +4,6 @@ use promenade_audio::FileError;
 use std::borrow::Cow;
 use std::io::{BufRead, BufReader, Read, Write};
 use std::net::{Shutdown, SocketAddr, TcpListener, TcpStream};
-use std::path::PathBuf;
 use std::sync::{Condvar, Mutex, PoisonError};
 use std::time::Duration;
 
@@ -72,8 +71,7 @@ impl Listener {
     /// # Errors
     /// An address that cannot be had.
     pub fn bind(address: SocketAddr) -> Result<Self, FileError> {
-        let of_address = |source| FileError::Read { path: PathBuf::from(address.to_string()), source };
-        TcpListener::bind(address).map(Self).map_err(of_address)
+        TcpListener::bind(address).map(Self).map_err(FileError::read(&address.to_string()))
     }
 
     /// Where it listens.

@@ -73,11 +73,7 @@ impl Intake {
     pub(crate) fn open(site: &Path, answers: &Path) -> Result<Self, FileError> {
         let path = site.join(STUDY_FILE);
         let bytes = file::read(&path, 64 << 20).map_err(FileError::read(&path))?;
-        let page: Page = serde_json::from_slice(&bytes).map_err(|error| FileError::Content {
-            path: path.clone(),
-            expected: "a study".into(),
-            found: error.to_string(),
-        })?;
+        let page: Page = serde_json::from_slice(&bytes).map_err(|error| FileError::content(&path, "a study", error))?;
         let mut known = HashSet::new();
         for part in &page.parts {
             for item in &part.items {
@@ -162,11 +158,8 @@ fn begin(file: &mut File, path: &Path) -> Result<(), FileError> {
     let mut found = vec![0; head.len()];
     file.seek(SeekFrom::Start(0)).and_then(|_| file.read_exact(&mut found)).map_err(FileError::read(path))?;
     if found != head.as_bytes() {
-        return Err(FileError::Content {
-            path: path.to_owned(),
-            expected: format!("a file of answers, which begins with {:?}", head.trim_end()),
-            found: format!("{:?}", String::from_utf8_lossy(&found)),
-        });
+        let expected = format!("a file of answers, which begins with {:?}", head.trim_end());
+        return Err(FileError::content(path, expected, format_args!("{:?}", String::from_utf8_lossy(&found))));
     }
     let mut last = [0];
     file.seek(SeekFrom::End(-1)).and_then(|_| file.read_exact(&mut last)).map_err(FileError::read(path))?;

@@ -3,8 +3,9 @@
 use crate::agreement::{Agreement, consistency};
 use crate::answers::{Answer, Trial, distinct, grouped};
 use crate::bradley_terry::Strengths;
-use crate::preferences::{Preferences, PreferencesError};
+use crate::preferences::Preferences;
 use crate::range::{LeastDifference, LeastDifferences};
+use promenade_fault::Fault;
 
 /// Cells of all persons' tables together: 256 MiB.
 const MOST_CELLS: usize = 1 << 26;
@@ -55,7 +56,7 @@ impl PairedItem {
 ///
 /// # Errors
 /// More conditions or votes than a table holds.
-pub fn paired(tables: &[(String, Preferences)], answers: &[Answer], level: f64) -> Result<Option<Paired>, PreferencesError> {
+pub fn paired(tables: &[(String, Preferences)], answers: &[Answer], level: f64) -> Result<Option<Paired>, Fault> {
     let mut items: Vec<(String, Preferences, Vec<Preferences>)> =
         tables.iter().map(|(name, votes)| (name.clone(), votes.clone(), Vec::new())).collect();
     let of_pairs: Vec<(&Answer, &str, &str)> = answers
@@ -95,16 +96,12 @@ pub fn paired(tables: &[(String, Preferences)], answers: &[Answer], level: f64) 
 }
 
 /// The votes of each person. `cells` counts those of all persons' tables.
-fn of_persons(
-    of: &Preferences,
-    answers: &[(&Answer, &str, &str)],
-    cells: &mut usize,
-) -> Result<Vec<Preferences>, PreferencesError> {
+fn of_persons(of: &Preferences, answers: &[(&Answer, &str, &str)], cells: &mut usize) -> Result<Vec<Preferences>, Fault> {
     let persons = grouped(answers.iter(), |(answer, ..)| (&*answer.study, &*answer.person));
     *cells += persons.len() * of.names().len().pow(2);
     if *cells > MOST_CELLS {
         let found = format!("{} persons who compare {} conditions", persons.len(), of.names().len());
-        return Err(PreferencesError { expected: "tables of persons with at most 67108864 cells in all", found });
+        return Err(Fault::unexpected("tables of persons with at most 67108864 cells in all", found));
     }
     let votes = |(_, answers): (_, Vec<&(&Answer, &str, &str)>)| {
         let mut votes = Preferences::new(of.names().to_vec())?;

@@ -1,6 +1,6 @@
 //! How often each of several conditions was preferred to each other.
 
-use thiserror::Error;
+use promenade_fault::Fault;
 
 /// Most conditions of one table.
 const MOST_CONDITIONS: usize = 64;
@@ -15,27 +15,17 @@ pub struct Preferences {
     votes: Vec<u32>,
 }
 
-/// Why a table is none.
-#[derive(Debug, Error, PartialEq, Eq)]
-#[error("expected {expected}, found {found}")]
-pub struct PreferencesError {
-    /// What would have been right.
-    pub expected: &'static str,
-    /// What is there.
-    pub found: String,
-}
-
 impl Preferences {
     /// No votes yet.
     ///
     /// # Errors
     /// Fewer than 2 or more than 64 names, or one twice.
-    pub fn new(names: Vec<String>) -> Result<Self, PreferencesError> {
+    pub fn new(names: Vec<String>) -> Result<Self, Fault> {
         if !(2..=MOST_CONDITIONS).contains(&names.len()) {
-            return Err(PreferencesError { expected: "2 to 64 conditions", found: names.len().to_string() });
+            return Err(Fault::unexpected("2 to 64 conditions", names.len()));
         }
         if let Some(twice) = names.iter().enumerate().find(|(i, name)| names[..*i].contains(name)) {
-            return Err(PreferencesError { expected: "conditions of different names", found: format!("{} twice", twice.1) });
+            return Err(Fault::unexpected("conditions of different names", format!("{} twice", twice.1)));
         }
         let votes = vec![0; names.len() * names.len()];
         Ok(Self { names, votes })
@@ -48,13 +38,13 @@ impl Preferences {
     ///
     /// # Panics
     /// An index beyond the conditions.
-    pub fn add(&mut self, better: usize, worse: usize, votes: u32) -> Result<(), PreferencesError> {
+    pub fn add(&mut self, better: usize, worse: usize, votes: u32) -> Result<(), Fault> {
         assert!(better < self.names.len() && worse < self.names.len(), "a condition's index");
         let cell = &mut self.votes[better * self.names.len() + worse];
         let sum = cell.saturating_add(votes);
         if sum > MOST_VOTES || (better == worse && votes > 0) {
             let found = format!("{sum} for {} over {}", self.names[better], self.names[worse]);
-            return Err(PreferencesError { expected: "at most 1000000 votes for a condition over another", found });
+            return Err(Fault::unexpected("at most 1000000 votes for a condition over another", found));
         }
         *cell = sum;
         Ok(())

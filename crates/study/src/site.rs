@@ -6,13 +6,13 @@ use crate::page::FILES;
 use fastrand::Rng;
 use promenade_audio::{FileError, atomic, file, sound};
 use promenade_core::{MAX_SCENE_BYTES, Scene};
-use promenade_player::{Player, PlayerError};
+use promenade_fault::Fault;
+use promenade_player::Player;
 use promenade_web::{ENGINE_FILE, files as web_files};
 use serde_json::{Value, json};
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use thiserror::Error;
 
 /// Name of the study in the site.
 pub(crate) const STUDY_FILE: &str = "study.json";
@@ -22,33 +22,6 @@ pub(crate) const ANSWERS_PATH: &str = "answers";
 const MOST_SOUND: u64 = 1 << 30;
 /// Seconds of a dry sound by which a scene's loudness is measured.
 const MEASURED_S: usize = 20;
-
-/// Why a site cannot be made.
-#[derive(Debug, Error)]
-pub enum SiteError {
-    /// A file.
-    #[error(transparent)]
-    File(#[from] FileError),
-    /// A scene.
-    #[error("{}: no readable scene", path.display())]
-    Scene {
-        /// The file.
-        path: PathBuf,
-        /// Why.
-        source: promenade_core::SceneError,
-    },
-    /// A scene that cannot be rendered.
-    #[error("{}: cannot be rendered", path.display())]
-    Render {
-        /// The file.
-        path: PathBuf,
-        /// Why.
-        source: Box<PlayerError>,
-    },
-    /// The study has live scenes, and there is no engine.
-    #[error("the study plays scenes, which needs the engine as WebAssembly")]
-    NoEngine,
-}
 
 /// What a site was made of.
 #[derive(Debug, Default)]
@@ -77,14 +50,18 @@ struct Site<'a> {
 ///
 /// # Errors
 /// A file that cannot be read or written, is no sound or no scene; live scenes without an engine.
-pub fn write_site(study: &Study, file_of_study: &Path, to: &Path, engine: Option<&[u8]>) -> Result<Made, SiteError> {
+pub fn write_site(study: &Study, file_of_study: &Path, to: &Path, engine: Option<&[u8]>) -> Result<Made, Fault> {
     let from = file_of_study.parent().unwrap_or(Path::new(""));
     let live = study.is_live();
     let (rng, names) = (Rng::with_seed(study.seed), HashMap::new());
     let mut site = Site { from, to, names, rng, match_loudness: study.match_loudness, made: Made { live, ..Made::default() } };
     std::fs::create_dir_all(to.join("stimuli")).map_err(FileError::write(to))?;
     let parts = study.parts.iter().map(|part| site.part(part)).collect::<Result<Vec<_>, _>>()?;
-    let engine = if live { Some(engine.ok_or(SiteError::NoEngine)?) } else { None };
+    let engine = if live {
+        Some(engine.ok_or_else(|| Fault::new("the study plays scenes, which needs the engine as WebAssembly"))?)
+    } else {
+        None
+    };
     let of_web = |name: &str| name == "walking.js" || (live && name.starts_with("engine/"));
     for (name, contents) in FILES.iter().chain(web_files().iter().filter(|(name, _)| of_web(name))) {
         let path = to.join(name);
@@ -111,7 +88,7 @@ pub fn write_site(study: &Study, file_of_study: &Path, to: &Path, engine: Option
 }
 
 impl Site<'_> {
-    fn part(&mut self, part: &Part) -> Result<Value, SiteError> {
+    fn part(&mut self, part: &Part) -> Result<Value, Fault> {
         let items = part.items.iter().map(|item| self.item(item)).collect::<Result<Vec<_>, _>>()?;
         let mut page = json!({ "method": part.method, "anchor": part.anchor, "items": items });
         for (key, value) in [
@@ -131,7 +108,7 @@ impl Site<'_> {
         Ok(page)
     }
 
-    fn item(&mut self, item: &Item) -> Result<Value, SiteError> {
+    fn item(&mut self, item: &Item) -> Result<Value, Fault> {
         let sounds: Vec<(&str, &PathBuf)> = (item.reference.iter().map(|path| (REFERENCE, path)))
             .chain(item.conditions.iter().map(|(name, path)| (&**name, path)))
             .collect();
@@ -159,7 +136,7 @@ impl Site<'_> {
     }
 
     /// Puts a file's bytes into the site, once, under a name that tells nothing.
-    fn put(&mut self, path: &Path, bytes: &[u8], ending: &str) -> Result<String, SiteError> {
+    fn put(&mut self, path: &Path, bytes: &[u8], ending: &str) -> Result<String, Fault> {
         if let Some(name) = self.names.get(path) {
             return Ok(name.clone());
         }
@@ -169,7 +146,7 @@ impl Site<'_> {
         Ok(name)
     }
 
-    fn sound(&mut self, path: &Path) -> Result<(String, Loudness), SiteError> {
+    fn sound(&mut self, path: &Path) -> Result<(String, Loudness), Fault> {
         let path = self.from.join(path);
         let bytes = file::read(&path, MOST_SOUND).map_err(FileError::read(&path))?;
         let heard = sound::read(&path)?;
@@ -179,7 +156,7 @@ impl Site<'_> {
     }
 
     /// A dry sound: its file, its samples in one channel and their rate.
-    fn dry(&mut self, path: &Path) -> Result<(String, Vec<f32>, u32), SiteError> {
+    fn dry(&mut self, path: &Path) -> Result<(String, Vec<f32>, u32), Fault> {
         let (file, _) = self.sound(path)?;
         let path = self.from.join(path);
         let heard = sound::read(&path)?;
@@ -190,14 +167,14 @@ impl Site<'_> {
     }
 
     /// A scene, and how loud a dry sound is at its first pose.
-    fn scene(&mut self, path: &Path, dry: &[f32], rate: u32) -> Result<(String, Loudness), SiteError> {
+    fn scene(&mut self, path: &Path, dry: &[f32], rate: u32) -> Result<(String, Loudness), Fault> {
         let path = self.from.join(path);
         let bytes = file::read(&path, MAX_SCENE_BYTES as u64).map_err(FileError::read(&path))?;
-        let scene = Scene::from_bytes(&bytes).map_err(|source| SiteError::Scene { path: path.clone(), source })?;
+        let scene = Scene::from_bytes(&bytes).map_err(|error| Fault::unreadable(&path, "scene", error))?;
         let scene = Arc::new(scene);
         let start = scene.start_pose();
         let render = || Player::new(&scene, f64::from(rate), None)?.render(dry, &mut |_| start);
-        let ears = render().map_err(|source| SiteError::Render { path: path.clone(), source: Box::new(source) })?;
+        let ears = render().map_err(Fault::at(&path, "cannot be rendered"))?;
         Ok((self.put(&path, &bytes, "promenade")?, Loudness::new(&ears, rate)))
     }
 }

@@ -37,33 +37,35 @@ pub fn read<P: AsRef<Path>>(paths: &[P]) -> Result<Material, FileError> {
         let path = path.as_ref();
         let size = std::fs::metadata(path).map_err(FileError::read(path))?.len();
         if size > MOST_BYTES {
-            return Err(content(path, "at most 256 MiB", format!("{size} bytes")));
+            return Err(FileError::content(path, "at most 256 MiB", format!("{size} bytes")));
         }
         let bytes = std::fs::read(path).map_err(FileError::read(path))?;
         add(&mut material, path, &bytes)?;
         let items = distinct(material.answers.list().iter().map(|answer| &*answer.item)).len();
         if items > MOST_ITEMS {
-            return Err(content(path, "at most 1000 items", items.to_string()));
+            return Err(FileError::content(path, "at most 1000 items", items.to_string()));
         }
     }
     Ok(material)
 }
 
-fn content(path: &Path, expected: &str, found: String) -> FileError {
-    FileError::Content { path: path.to_owned(), expected: expected.to_owned(), found }
+fn entry(path: &Path, record: &StringRecord, expected: &str, found: String) -> FileError {
+    at(path, record)(FileError::unexpected(expected, found))
 }
 
-fn entry(path: &Path, record: &StringRecord, expected: &str, found: String) -> FileError {
+/// For `map_err`: what is wrong with a line.
+fn at(path: &Path, record: &StringRecord) -> impl Fn(FileError) -> FileError {
     let line = record.position().map_or(0, csv::Position::line);
-    FileError::Entry { path: path.to_owned(), entry: format!("line {line}"), expected: expected.to_owned(), found }
+    move |error| FileError::new(format!("{}: line {line}: {error}", path.display()))
 }
 
 fn add(material: &mut Material, path: &Path, bytes: &[u8]) -> Result<(), FileError> {
     let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
     let mut reader = ReaderBuilder::new().has_headers(false).flexible(true).trim(Trim::All).from_reader(bytes);
-    let mut records = reader.records().map(|record| record.map_err(|error| content(path, "lines of CSV", error.to_string())));
+    let mut records =
+        reader.records().map(|record| record.map_err(|error| FileError::content(path, "lines of CSV", error.to_string())));
     let Some(first) = records.next().transpose()? else {
-        return Err(content(path, "answers or preference tables", "nothing".into()));
+        return Err(FileError::content(path, "answers or preference tables", "nothing"));
     };
     if first.iter().eq(HEADER) {
         for record in records {
@@ -98,10 +100,10 @@ fn table(
 ) -> Result<Preferences, FileError> {
     let scored = head.len() > 1 && head[head.len() - 1].eq_ignore_ascii_case("score");
     let names: Vec<String> = head.iter().skip(1).take(head.len() - 1 - usize::from(scored)).map(str::to_owned).collect();
-    let mut table = Preferences::new(names.clone()).map_err(|error| entry(path, head, error.expected, error.found))?;
+    let mut table = Preferences::new(names.clone()).map_err(at(path, head))?;
     for (row, name) in names.iter().enumerate() {
         let Some(record) = records.next().transpose()? else {
-            return Err(content(path, &format!("a line for {name}"), "the end of the file".into()));
+            return Err(FileError::content(path, format_args!("a line for {name}"), "the end of the file"));
         };
         if record.len() != head.len() || record[0] != **name {
             let found = format!("{} cells from {:?} on", record.len(), record.get(0).unwrap_or_default());
@@ -110,7 +112,7 @@ fn table(
         for column in (0..names.len()).filter(|column| *column != row) {
             let cell = &record[column + 1];
             let votes = cell.parse().map_err(|_| entry(path, &record, "a number of votes", format!("{cell:?}")))?;
-            table.add(row, column, votes).map_err(|error| entry(path, &record, error.expected, error.found))?;
+            table.add(row, column, votes).map_err(at(path, &record))?;
         }
         if record[row + 1].parse::<f64>().is_ok() {
             return Err(entry(path, &record, "no number for a condition against itself", format!("{:?}", &record[row + 1])));

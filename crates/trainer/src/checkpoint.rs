@@ -71,11 +71,8 @@ impl Checkpoint {
     /// # Errors
     /// A file that cannot be written.
     pub fn save(&self, path: &Path) -> Result<(), BakeError> {
-        let unwritten = |source: Box<dyn std::error::Error + Send + Sync>| BakeError::Unreadable {
-            path: path.to_path_buf(),
-            what: "training to write",
-            source,
-        };
+        let unwritten =
+            |source: Box<dyn std::error::Error + Send + Sync>| BakeError::unreadable(path, "training to write", source);
         let header = Header {
             version: VERSION,
             steps: self.optimiser.steps,
@@ -101,7 +98,7 @@ impl Checkpoint {
         let mut file =
             safetensors::serialize(views, Some(HashMap::from([(KEY.to_owned(), header)]))).map_err(|e| unwritten(e.into()))?;
         file.extend(crc32fast::hash(&file).to_le_bytes());
-        Ok(atomic::write(path, &file)?)
+        atomic::write(path, &file)
     }
 
     /// Reads one.

@@ -42,7 +42,7 @@ pub(crate) struct Decoded {
 
 /// A listener with what is heard.
 #[derive(Clone, Copy)]
-pub(crate) struct Heard<'a> {
+pub(crate) struct Query<'a> {
     pub(crate) listener: Listener,
     /// The emitter, where the last anchor is one, in the cloud's world.
     pub(crate) emitter: Option<Vec3>,
@@ -145,14 +145,14 @@ impl Graph {
     pub(crate) fn decode(
         &self,
         cloud: &Cloud,
-        heard: &[Heard<'_>],
+        heard: &[Query<'_>],
         settings: &NetworkSettings,
         factors: [&[f32]; 2],
     ) -> Decoded {
         let (batch, bands, width) = (heard.len(), settings.bands, settings.width);
         let [relative_factors, query_factors] = factors;
         let mut relative = Vec::with_capacity(3 * batch * cloud.anchors.len());
-        for Heard { listener, emitter, .. } in heard {
+        for Query { listener, emitter, .. } in heard {
             let turn = listener.camera_to_world.transpose();
             let fixed = cloud.anchors.len() - usize::from(cloud.has_emitter);
             let last = emitter.or(cloud.anchors.last().copied()).filter(|_| cloud.has_emitter);
@@ -217,11 +217,11 @@ impl Graph {
 
     /// Spherical harmonics of the directions from listeners to anchors, `[anchor][harmonic][listener]`, in the cloud's axes.
     #[must_use]
-    pub(crate) fn harmonics(&self, cloud: &Cloud, heard: &[Heard<'_>], degree: usize) -> Tensor<3> {
+    pub(crate) fn harmonics(&self, cloud: &Cloud, heard: &[Query<'_>], degree: usize) -> Tensor<3> {
         let (anchors, count, batch) = (cloud.anchors.len(), (degree + 1).pow(2), heard.len());
         let mut values = vec![0.0; anchors * count * batch];
         for (a, anchor) in cloud.anchors.iter().enumerate() {
-            for (b, Heard { listener, .. }) in heard.iter().enumerate() {
+            for (b, Query { listener, .. }) in heard.iter().enumerate() {
                 let harmonics = spherical_harmonics((*anchor - listener.centre).normalize_or_zero());
                 for (h, y) in harmonics.iter().enumerate().take(count) {
                     values[(a * count + h) * batch + b] = *y;

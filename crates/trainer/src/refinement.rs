@@ -101,11 +101,11 @@ impl Refiner {
         let shape = |pair: &Pair| (pair.simulated.channels.len(), pair.measured.len(), pair.simulated.places.len());
         let Some(first) = pairs.first().map(shape).filter(|_| pairs.len() > 1) else {
             let found = pairs.len().to_string();
-            return Err(BakeError::Argument { what: "pairs of responses", expected: "at least 2".to_owned(), found });
+            return Err(BakeError::argument("pairs of responses", "at least 2", found));
         };
         if let Some(other) = pairs.iter().map(shape).find(|other| *other != first || first.0 != first.1 || first.0 == 0) {
             let expected = format!("{first:?} channels simulated and measured, and places, in all");
-            return Err(BakeError::Argument { what: "pairs of responses", expected, found: format!("{other:?}") });
+            return Err(BakeError::argument("pairs of responses", expected, format!("{other:?}")));
         }
         let grid = LevelGrid::new(sample_rate_hz, first.0);
         let level_db = grid.level_db(pairs);
@@ -208,10 +208,8 @@ impl Refiner {
         path.solved(&own, solver, &mut random, |x, t| {
             let found = self.network.forward(&graph, [x, &own], &places, &vec![t; draws], &self.device);
             let read = found.into_data().try_into_vec::<f32>();
-            read.map_err(|e| BakeError::Argument {
-                what: "levels of a refinement",
-                expected: "numbers in single precision from the device".to_owned(),
-                found: format!("{e:?}"),
+            read.map_err(|e| {
+                BakeError::argument("levels of a refinement", "numbers in single precision from the device", format!("{e:?}"))
             })
         })
     }

@@ -81,7 +81,7 @@ fn changes(at: &Candidate, sets: &[AnchorSet]) -> Vec<(String, Candidate)> {
 /// anchor set and settings; `settings.steps` are as before.
 ///
 /// # Errors
-/// As [`Trainer::new`]; weights that make no scene.
+/// A capture, anchors or settings that [`Trainer::new`] refuses; weights that make no scene.
 pub fn search(
     capture: &Capture,
     sets: &[AnchorSet],
@@ -135,11 +135,7 @@ pub fn search(
 
 /// Median processor seconds of decoding a pose, as the plugin would.
 fn decode_s(trainer: &Trainer<'_>) -> Result<f64, BakeError> {
-    let scene = trainer.scene(Provenance::default()).map_err(|e| BakeError::Argument {
-        what: "weights after a trial",
-        expected: "a scene".to_owned(),
-        found: e.to_string(),
-    })?;
+    let scene = trainer.scene(Provenance::default()).map_err(|e| BakeError::argument("weights after a trial", "a scene", e))?;
     let scene = Arc::new(scene);
     let Some(mut decoder) = CloudDecoder::new(&scene) else { return Ok(0.0) };
     let mut answer = decoder.blank();

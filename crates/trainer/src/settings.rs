@@ -173,22 +173,18 @@ impl TrainSettings {
             self.network;
         if self.network.simulated && self.network.head != HeadKind::Taps {
             let expected = "the head taps".to_owned();
-            return Err(BakeError::Argument {
-                what: "head that corrects a simulation",
-                expected,
-                found: "AV-Cloud's".to_owned(),
-            });
+            return Err(BakeError::argument("head that corrects a simulation", expected, "AV-Cloud's"));
         }
         let within = |what: &'static str, found: usize, low: usize, high: usize| {
             let fits = (low..=high).contains(&found);
-            let error = || BakeError::Argument { what, expected: format!("{low} to {high}"), found: found.to_string() };
+            let error = || BakeError::argument(what, format!("{low} to {high}"), found);
             if fits { Ok(()) } else { Err(error()) }
         };
         within("attention heads", heads, 1, 64)?;
         within("width", width, 8 * heads, 1024)?;
         if !width.is_multiple_of(8 * heads) || !feed_forward.is_multiple_of(8) {
             let expected = format!("a width divisible by {} and a feed-forward width by 8", 8 * heads);
-            return Err(BakeError::Argument { what: "widths", expected, found: format!("{width} and {feed_forward}") });
+            return Err(BakeError::argument("widths", expected, format!("{width} and {feed_forward}")));
         }
         within("feed-forward width", feed_forward, 8, 8192)?;
         within("decoder layers", layers, 1, 16)?;
@@ -213,7 +209,7 @@ impl TrainSettings {
         ];
         for (what, found, low) in positive {
             if !(found.is_finite() && found >= low) {
-                return Err(BakeError::Argument { what, expected: format!("at least {low}"), found: found.to_string() });
+                return Err(BakeError::argument(what, format!("at least {low}"), found));
             }
         }
         Ok(())

@@ -117,10 +117,12 @@ pub(crate) fn in_cloud(placement: &Placement, position: Vec3) -> Vec3 {
 /// The length that all clips have, samples.
 fn common_length(capture: &Capture, grid: &StftGrid) -> Result<usize, BakeError> {
     let longest = capture.clips.iter().map(|c| c.len).max().unwrap_or(0);
-    let wrong = |found: String| BakeError::Argument {
-        what: "clips for AV-Cloud's own render head",
-        expected: format!("all of one length, {} to {} samples", 2 * grid.n_fft, MAX_FRAMES * grid.hop - 1),
-        found,
+    let wrong = |found: String| {
+        BakeError::argument(
+            "clips for AV-Cloud's own render head",
+            format!("all of one length, {} to {} samples", 2 * grid.n_fft, MAX_FRAMES * grid.hop - 1),
+            found,
+        )
     };
     if let Some(other) = capture.clips.iter().find(|c| c.len != longest) {
         return Err(wrong(format!("'{}' of {} samples beside others of {longest}", other.name, other.len)));

@@ -80,7 +80,7 @@ impl Simulation {
                 let Some(emitter) = voice.emitter else {
                     let found = format!("one that is not known in track {}", capture.tracks[clip.track].name);
                     let expected = "all to be known, to be simulated".to_owned();
-                    return Err(BakeError::Argument { what: "emitters of a capture", expected, found });
+                    return Err(BakeError::argument("emitters of a capture", expected, found));
                 };
                 wanted.entry(emitter).or_default().insert(&clip.name, (clip.pose, clip.split == Split::Train));
             }

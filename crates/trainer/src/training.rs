@@ -4,7 +4,7 @@ use crate::checkpoint::{Checkpoint, CurvePoint};
 use crate::head::published::PublishedHead;
 use crate::head::streaming::StreamingHead;
 use crate::head::{Example, ExampleVoice, LossGradient, Prediction, RenderHead};
-use crate::network::{Decoded, Graph, Heard};
+use crate::network::{Decoded, Graph, Query};
 use crate::responses::{ClipResponses, clip_responses};
 use crate::scene::scene;
 use crate::settings::{HeadKind, TrainSettings};
@@ -90,10 +90,10 @@ impl<'a> Trainer<'a> {
         Self::with_responses(capture, responses, anchors, settings, device, threads)
     }
 
-    /// As [`Self::new`], for a network that corrects a simulated room: the settings' `simulated` is set.
+    /// Training of a network that corrects a simulated room: the settings' `simulated` is set.
     ///
     /// # Errors
-    /// As [`Self::new`]; a clip whose emitter is not known, and what simulating meets.
+    /// What [`Self::new`] refuses; a clip whose emitter is not known, and what simulating meets.
     pub fn on_simulation(
         capture: &'a Capture,
         anchors: &AnchorSet,
@@ -113,7 +113,7 @@ impl<'a> Trainer<'a> {
         Ok(trainer)
     }
 
-    /// As [`Self::new`], with the responses of the capture's clips.
+    /// Training on a capture, with the responses of its clips.
     pub(crate) fn with_responses(
         capture: &'a Capture,
         responses: Arc<ClipResponses>,
@@ -129,31 +129,26 @@ impl<'a> Trainer<'a> {
         for split in [Split::Train, Split::Test] {
             if capture.split(split).next().is_none() {
                 let what = "clips of the capture";
-                return Err(BakeError::Argument {
-                    what,
-                    expected: format!("some to {}", split.name()),
-                    found: "none".to_owned(),
-                });
+                return Err(BakeError::argument(what, format!("some to {}", split.name()), "none"));
             }
         }
         let setup = Setup::new(capture, &responses, anchors, &settings)?;
         let weights = start(&settings, &setup);
-        let head = match settings.network.head {
-            HeadKind::Taps => {
-                let known = (&setup.grid, &setup.bands, &setup.tail);
-                let (network, loss) = (&settings.network, &settings.loss);
-                let head = StreamingHead::new(network, loss, &setup.queries, known, threads);
-                RenderHead::Streaming(Box::new(head))
-            }
-            HeadKind::Sh | HeadKind::Full => {
-                let head = PublishedHead::new(&settings, setup.grid, setup.frames, threads);
-                RenderHead::Published(head.map_err(|e| BakeError::Argument {
-                    what: "clips of the capture",
-                    expected: "clips that AV-Cloud's render head takes".to_owned(),
-                    found: e.to_string(),
-                })?)
-            }
-        };
+        let head =
+            match settings.network.head {
+                HeadKind::Taps => {
+                    let known = (&setup.grid, &setup.bands, &setup.tail);
+                    let (network, loss) = (&settings.network, &settings.loss);
+                    let head = StreamingHead::new(network, loss, &setup.queries, known, threads);
+                    RenderHead::Streaming(Box::new(head))
+                }
+                HeadKind::Sh | HeadKind::Full => {
+                    let head = PublishedHead::new(&settings, setup.grid, setup.frames, threads);
+                    RenderHead::Published(head.map_err(|e| {
+                        BakeError::argument("clips of the capture", "clips that AV-Cloud's render head takes", e)
+                    })?)
+                }
+            };
         Ok(Self {
             fingerprint: fingerprint(capture, &setup),
             responses,
@@ -178,10 +173,12 @@ impl<'a> Trainer<'a> {
     /// A training of another capture, other anchors or other settings; only the number of steps may differ.
     pub fn resume(&mut self, checkpoint: Checkpoint) -> Result<(), BakeError> {
         let settings = TrainSettings { steps: self.settings.steps, ..checkpoint.settings };
-        let other = |what: &'static str| BakeError::Argument {
-            what: "training to go on with",
-            expected: format!("one of the same {what} (begin anew with --restart)"),
-            found: "one of another".to_owned(),
+        let other = |what: &'static str| {
+            BakeError::argument(
+                "training to go on with",
+                format!("one of the same {what} (begin anew with --restart)"),
+                "one of another",
+            )
         };
         if settings != self.settings {
             return Err(other("settings"));
@@ -375,10 +372,10 @@ impl<'a> Trainer<'a> {
         let network = &self.settings.network;
         let placement = &self.setup.placement;
         let factors = ["vec_embedder.freqs", "freq_embedder.freqs"].map(|name| &self.weights[name].values[..]);
-        let mut heard: Vec<Heard<'_>> = Vec::new();
+        let mut heard: Vec<Query<'_>> = Vec::new();
         for example in examples {
             let listener = placement.listener(&example.pose);
-            heard.extend(example.voices.iter().map(|voice| Heard {
+            heard.extend(example.voices.iter().map(|voice| Query {
                 listener,
                 emitter: voice.emitter.map(|e| in_cloud(placement, e.position)),
                 simulated: voice.simulated.as_ref().map(|s| s.features()),

@@ -1,8 +1,8 @@
 //! How much walls have to absorb for the reverberation times that are typed.
 
 use crate::answers::settled::Question;
-use crate::library::error_chain::with_causes;
 use promenade_acoustics::{Air, Shoebox};
+use promenade_fault::with_causes;
 use promenade_room::{Matched, Some7, match_t20};
 use std::time::Duration;
 

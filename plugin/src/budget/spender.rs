@@ -15,7 +15,7 @@ use std::sync::Arc;
 const FADE_S: f32 = 0.02;
 /// Time constant over which levels are measured, seconds; they rise at once.
 const LEVEL_S: f32 = 0.4;
-/// The same for costs.
+/// Time constant over which costs are measured, seconds; they rise at once.
 const COST_S: f32 = 0.5;
 /// Time constant over which the cost of what is not played is forgotten in favour of the usual one, seconds: one that was once
 /// measured too high would never be played again.

@@ -22,7 +22,7 @@ impl StopWatch {
     /// Time since.
     ///
     /// # Real-time
-    /// As [`StopWatch::start`].
+    /// Audio thread; no allocation, lock or I/O.
     pub(crate) fn elapsed(&self) -> Duration {
         self.0.elapsed()
     }

@@ -101,14 +101,9 @@ pub(super) struct App {
     pump: Option<Pump>,
     /// When the audio thread last sent a picture, seconds since the window was opened.
     heard_s: f64,
-    meters: Meters,
-    head: FileRow,
-    source_path: SourcePath,
-    view: View,
+    parts: Parts,
     /// From the first picture on.
     views: Option<Arc<Views>>,
-    scenes: Scenes,
-    panels: Vec<Box<dyn Panel>>,
     history: History,
     owed: Option<Owed>,
     owed_walk: Option<SavedWalk>,
@@ -116,6 +111,45 @@ pub(super) struct App {
     before: Option<UserState>,
     /// When the user last did something, seconds since the window was opened.
     acted_s: f64,
+}
+
+/// What is shown, with what it keeps between two pictures.
+struct Parts {
+    meters: Meters,
+    head: FileRow,
+    source_path: SourcePath,
+    view: View,
+    scenes: Scenes,
+    panels: Vec<Box<dyn Panel>>,
+}
+
+impl Parts {
+    fn show(&mut self, ui: &mut Ui, ctx: &mut Ctx<'_>) {
+        header::show(ui, ctx);
+        banner::show(ui, ctx);
+        if *ctx.list_is_open() {
+            self.scenes.show(ui, ctx);
+        }
+        side::right(ui, ctx, (&mut self.head, &mut self.source_path), &mut self.meters);
+        drawer::show(ui, ctx, &mut self.panels);
+        let centre = egui::Frame::new().fill(ctx.palette.ground).inner_margin(Margin::ZERO);
+        let attention = ctx.scene.and_then(|scene| ctx.instance.loader.attention.in_scene(scene));
+        CentralPanel::default().frame(centre).show(ui, |ui| self.view.show(ui, ctx, attention.as_deref()));
+        if std::mem::take(&mut ctx.selection.relist) {
+            self.scenes.list();
+        }
+    }
+}
+
+/// Undo and redo by their keys, which a text that is being written has for itself.
+fn undo_or_redo(ui: &Ui, ctx: &mut Ctx<'_>) {
+    if !ui.ctx().text_edit_focused() {
+        if ui.input_mut(|input| input.consume_shortcut(&REDO)) {
+            ctx.redo();
+        } else if ui.input_mut(|input| input.consume_shortcut(&UNDO)) {
+            ctx.undo();
+        }
+    }
 }
 
 impl App {
@@ -142,13 +176,15 @@ impl App {
             is_shown: false,
             pump: None,
             heard_s: f64::NEG_INFINITY,
-            meters: Meters::default(),
-            head: FileRow::new(HEAD),
-            source_path: SourcePath::default(),
-            view: View::default(),
+            parts: Parts {
+                meters: Meters::default(),
+                head: FileRow::new(HEAD),
+                source_path: SourcePath::default(),
+                view: View::default(),
+                scenes,
+                panels: panels(),
+            },
             views: None,
-            scenes,
-            panels: panels(),
             history: History::default(),
             owed: None,
             owed_walk: None,
@@ -165,6 +201,79 @@ impl App {
             (self.settings, self.restores) = (kept.within_reason(), restores);
         } else if kept != self.settings {
             let _restored_meanwhile = editor.replace(self.settings.clone(), restores);
+        }
+    }
+
+    /// Starts what an open window keeps running.
+    fn begin(&mut self, egui_ctx: &egui::Context) {
+        let Instance { repaint, telemetry, loader, .. } = &self.instance;
+        let rate_hz = loader.sample_rate_hz().unwrap_or(USUAL_HZ);
+        self.views = Some(Arc::new(Views::new(repaint, &telemetry.sound, rate_hz)));
+        telemetry.watched.set(true);
+        loader.attention.watched.set(true);
+        self.parts.scenes.list();
+        let pump = Pump::start(repaint.clone(), egui_ctx.clone());
+        self.pump = pump.inspect_err(|error| nice_error!("no thread to wake the editor: {error}")).ok();
+    }
+
+    /// Takes theme and zoom as they are set.
+    fn dress(&mut self, egui_ctx: &egui::Context, frame: &mut nice_plug_egui::Frame) -> &'static Palette {
+        let palette = Palette::of(self.settings.theme);
+        if self.dressed != Some(self.settings.theme) {
+            self.dressed = Some(self.settings.theme);
+            dress(egui_ctx, palette);
+            frame.set_clear_color(palette.panel.into());
+            egui_ctx.request_repaint();
+        }
+        if egui_ctx.zoom_factor() != self.settings.zoom {
+            egui_ctx.set_zoom_factor(self.settings.zoom);
+        } else if self.zoom != self.settings.zoom {
+            self.zoom = self.settings.zoom;
+            // Otherwise the framework resizes the window by the zoom.
+            let size = egui::vec2(self.settings.width, self.settings.height);
+            egui_ctx.send_viewport_cmd(egui::ViewportCommand::InnerSize(size));
+        }
+        palette
+    }
+
+    /// Takes what the audio thread has sent. Whether the host asks for sound.
+    fn hear(&mut self, views: &Views, now_s: f64) -> bool {
+        if self.instance.telemetry.fetch(&mut self.frame) {
+            self.heard_s = now_s;
+            views.measure_loudness();
+        } else {
+            (self.frame.input_peak, self.frame.output_peak) = ([0.0; 2], [0.0; 2]);
+        }
+        self.parts.meters.advance(self.frame.input_peak, self.frame.output_peak, now_s);
+        now_s - self.heard_s < SILENT_S
+    }
+
+    /// Asks for the next picture, where one is due although nothing happens: in `rest_s` seconds for a gesture.
+    fn ask_again(&self, egui_ctx: &egui::Context, rest_s: Option<f64>, now_s: f64) {
+        if let Some(rest_s) = [rest_s, self.parts.meters.rest_s()].into_iter().flatten().min_by(f64::total_cmp) {
+            egui_ctx.request_repaint_after(Duration::from_secs_f64(rest_s));
+        }
+        if self.owed.is_some() || self.owed_walk.is_some() || self.instance.loader.exchange.restoring.is_on() {
+            egui_ctx.request_repaint_after(OWED_REST);
+        }
+        if now_s < OPENING_S {
+            egui_ctx.request_repaint_after(OPENING_REST);
+        }
+    }
+
+    /// Records the change that the user has made, once hosts have taken it.
+    fn record_change(&mut self, ui: &Ui, now_s: f64) {
+        let params = &self.instance.params;
+        if self.before.is_some() && self.gestures.are_over() && !ui.input(|input| input.pointer.any_down()) {
+            let past_s = now_s - self.acted_s;
+            let has = |parameter, value| params.hosted(parameter) == landed(params, parameter, value);
+            if past_s < LANDING_S || !self.gestures.have_landed(has) && past_s < LONGEST_LANDING_S {
+                let rest_s = (LANDING_S - past_s).max(OWED_REST.as_secs_f64());
+                ui.ctx().request_repaint_after(Duration::from_secs_f64(rest_s));
+            } else if let Some(before) = self.before.take() {
+                self.gestures.forget_sent();
+                self.history.record(before, &UserState::of(params));
+            }
         }
     }
 }
@@ -194,41 +303,13 @@ impl NiceEguiApp for App {
         let Some(gui) = self.gui.clone().filter(|_| self.instance.plugin.strong_count() > 0) else { return };
         let now_s = self.opened.elapsed().as_secs_f64();
         if !std::mem::replace(&mut self.is_shown, true) {
-            let Instance { repaint, telemetry, loader, .. } = &self.instance;
-            let rate_hz = loader.sample_rate_hz().unwrap_or(USUAL_HZ);
-            self.views = Some(Arc::new(Views::new(repaint, &telemetry.sound, rate_hz)));
-            self.instance.telemetry.watched.set(true);
-            self.instance.loader.attention.watched.set(true);
-            self.scenes.list();
-            let pump = Pump::start(self.instance.repaint.clone(), ui.ctx().clone());
-            self.pump = pump.inspect_err(|error| nice_error!("no thread to wake the editor: {error}")).ok();
+            self.begin(ui.ctx());
         }
         let Some(views) = self.views.clone() else { return };
         self.keep_settings();
-        let palette = Palette::of(self.settings.theme);
-        if self.dressed != Some(self.settings.theme) {
-            self.dressed = Some(self.settings.theme);
-            dress(ui.ctx(), palette);
-            frame.set_clear_color(palette.panel.into());
-            ui.ctx().request_repaint();
-        }
-        if ui.ctx().zoom_factor() != self.settings.zoom {
-            ui.ctx().set_zoom_factor(self.settings.zoom);
-        } else if self.zoom != self.settings.zoom {
-            self.zoom = self.settings.zoom;
-            // Otherwise the framework resizes the window by the zoom.
-            let size = egui::vec2(self.settings.width, self.settings.height);
-            ui.ctx().send_viewport_cmd(egui::ViewportCommand::InnerSize(size));
-        }
-        if self.instance.telemetry.fetch(&mut self.frame) {
-            self.heard_s = now_s;
-            views.measure_loudness();
-        } else {
-            (self.frame.input_peak, self.frame.output_peak) = ([0.0; 2], [0.0; 2]);
-        }
-        let sounding = now_s - self.heard_s < SILENT_S;
-        self.meters.advance(self.frame.input_peak, self.frame.output_peak, now_s);
-        let listing = self.scenes.listing();
+        let palette = self.dress(ui.ctx(), frame);
+        let sounding = self.hear(&views, now_s);
+        let listing = self.parts.scenes.listing();
         let loader = &self.instance.loader;
         let (scene, walk, source_walks) = (loader.scene(), loader.walk(), loader.source_walks());
         let params = Arc::clone(&self.instance.params);
@@ -262,57 +343,21 @@ impl NiceEguiApp for App {
             self.acted_s = now_s;
             self.before.get_or_insert_with(|| UserState::of(&params));
         }
-        if !ui.ctx().text_edit_focused() {
-            if ui.input_mut(|input| input.consume_shortcut(&REDO)) {
-                ctx.redo();
-            } else if ui.input_mut(|input| input.consume_shortcut(&UNDO)) {
-                ctx.undo();
-            }
-        }
         if let Some((scene, rate_hz)) = scene.as_ref().zip(self.instance.loader.sample_rate_hz()) {
             views.judge(scene, rate_hz);
         }
+        undo_or_redo(ui, &mut ctx);
         ctx.report_remote();
         ctx.pay();
-        header::show(ui, &mut ctx);
-        banner::show(ui, &ctx);
-        if *ctx.list_is_open() {
-            self.scenes.show(ui, &mut ctx);
-        }
-        side::right(ui, &mut ctx, (&mut self.head, &mut self.source_path), &mut self.meters);
-        drawer::show(ui, &mut ctx, &mut self.panels);
-        let centre = egui::Frame::new().fill(palette.ground).inner_margin(Margin::ZERO);
-        let attention = scene.as_ref().and_then(|scene| self.instance.loader.attention.in_scene(scene));
-        CentralPanel::default().frame(centre).show(ui, |ui| self.view.show(ui, &mut ctx, attention.as_deref()));
+        self.parts.show(ui, &mut ctx);
         self.instance.telemetry.shows_time.set(ctx.shows_time);
-        if std::mem::take(&mut ctx.selection.relist) {
-            self.scenes.list();
-        }
-        let choices = self.instance.loader.choices();
+        let choices = ctx.instance.loader.choices();
         if self.choices.replace(choices) != Some(choices) {
             ctx.refresh();
         }
         let rest_s = ctx.gestures.end_frame(&ctx.host, now_s);
-        if let Some(rest_s) = [rest_s, self.meters.rest_s()].into_iter().flatten().min_by(f64::total_cmp) {
-            ui.ctx().request_repaint_after(Duration::from_secs_f64(rest_s));
-        }
-        if self.owed.is_some() || self.owed_walk.is_some() || self.instance.loader.exchange.restoring.is_on() {
-            ui.ctx().request_repaint_after(OWED_REST);
-        }
-        if now_s < OPENING_S {
-            ui.ctx().request_repaint_after(OPENING_REST);
-        }
-        if self.before.is_some() && self.gestures.are_over() && !ui.input(|input| input.pointer.any_down()) {
-            let past_s = now_s - self.acted_s;
-            let has = |parameter, value| params.hosted(parameter) == landed(&params, parameter, value);
-            if past_s < LANDING_S || !self.gestures.have_landed(has) && past_s < LONGEST_LANDING_S {
-                let rest_s = (LANDING_S - past_s).max(OWED_REST.as_secs_f64());
-                ui.ctx().request_repaint_after(Duration::from_secs_f64(rest_s));
-            } else if let Some(before) = self.before.take() {
-                self.gestures.forget_sent();
-                self.history.record(before, &UserState::of(&params));
-            }
-        }
+        self.ask_again(ui.ctx(), rest_s, now_s);
+        self.record_change(ui, now_s);
         self.geometry.types(ui.ctx().text_edit_focused());
         self.keep_settings();
     }

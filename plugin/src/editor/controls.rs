@@ -1,11 +1,11 @@
 //! Controls of parameters: what they set goes to the host as gestures.
 
 use super::ctx::Ctx;
-use super::host::{default_value, name, text};
+use super::host::default_value;
 use super::host_menu;
 use super::theme::{CONTROL, ROUND, SPACE};
 use super::widgets::{dimmed, drop_down, focus_ring, labelled, segments, switch};
-use super::words::{Word, help, variant_help};
+use super::words::Word;
 use crate::parameter::Parameter;
 use crate::parameter::cast::narrow;
 use crate::parameter::choices::Follow;
@@ -58,14 +58,14 @@ pub fn number(ui: &mut Ui, ctx: &mut Ctx<'_>, parameter: Parameter) -> Response 
 
 /// What a parameter is, and what the host does with it.
 fn explained(ctx: &Ctx<'_>, parameter: Parameter) -> String {
-    format!("{}{}", help(parameter), host_menu::words(&ctx.instance.host_side.mark(parameter)))
+    format!("{}{}", parameter.row().help, host_menu::words(&ctx.instance.host_side.mark(parameter)))
 }
 
 /// A line with a slider and its number. A double click on the slider sets the default.
-pub fn slider(ui: &mut Ui, ctx: &mut Ctx<'_>, parameter: Parameter, word: Word) {
+pub fn slider(ui: &mut Ui, ctx: &mut Ctx<'_>, parameter: Parameter) {
     const NUMBER: f32 = 68.0;
     let palette = ctx.palette;
-    labelled(ui, palette, word, |ui| {
+    labelled(ui, palette, Word::Of(parameter), |ui| {
         let width = (ui.available_width() - NUMBER - SPACE).max(24.0);
         let (rect, response) = ui.allocate_exact_size(Vec2::new(width, CONTROL), Sense::click_and_drag());
         let (least, greatest) = parameter.limits();
@@ -105,7 +105,7 @@ pub fn slider(ui: &mut Ui, ctx: &mut Ctx<'_>, parameter: Parameter, word: Word) 
         ui.painter().circle_filled(handle, 2.0, palette.panel);
         focus_ring(ui, palette, &response, rect, ROUND);
         let value = ctx.value(parameter);
-        response.widget_info(|| WidgetInfo::slider(ui.is_enabled(), f64::from(value), name(ctx.params(), parameter)));
+        response.widget_info(|| WidgetInfo::slider(ui.is_enabled(), f64::from(value), parameter.row().name));
         host_menu::add(ui, ctx, parameter, &response, rect);
         let what = explained(ctx, parameter);
         response.on_hover_text(format!("{what}\nDrag, with Shift finely; a double click brings the usual value back"));
@@ -137,22 +137,21 @@ fn arrows(ui: &Ui, response: &Response) -> f32 {
 
 /// All variants of a choice side by side. `why_not` is asked for those that are not available; they can be chosen all the same.
 pub fn choice(ui: &mut Ui, ctx: &mut Ctx<'_>, parameter: Parameter, why_not: impl Fn(usize) -> Option<&'static str>) {
-    let names = variants(ctx.params(), parameter);
-    let names = names.iter().map(String::as_str).collect::<Vec<_>>();
-    let tooltip = |index| {
-        let what = variant_help(parameter, index);
+    let Some(variants) = parameter.variants() else { return };
+    let tooltip = |index: usize| {
+        let what = variants.help[index];
         why_not(index).map_or_else(|| Ok(what.to_owned()), |why| Err(format!("{what}\nGrey, because {why}")))
     };
-    if let Some(index) = segments(ui, ctx.palette, &names, ctx.index(parameter), tooltip) {
+    if let Some(index) = segments(ui, ctx.palette, variants.names, ctx.index(parameter), tooltip) {
         ctx.set(parameter, index as f32);
     }
 }
 
 /// The variants of a choice in a list that drops down.
 pub fn list(ui: &mut Ui, ctx: &mut Ctx<'_>, parameter: Parameter) {
-    let (names, chosen) = (variants(ctx.params(), parameter), ctx.index(parameter));
-    let shown = names.get(chosen).map_or("", String::as_str);
-    if let Some(index) = drop_down(ui, parameter.id(), shown, &names, chosen, |index| variant_help(parameter, index)) {
+    let (Some(variants), chosen) = (parameter.variants(), ctx.index(parameter)) else { return };
+    let shown = variants.names.get(chosen).copied().unwrap_or_default();
+    if let Some(index) = drop_down(ui, parameter.id(), shown, variants.names, chosen, |index| variants.help[index]) {
         ctx.set(parameter, index as f32);
     }
 }
@@ -161,21 +160,15 @@ pub fn list(ui: &mut Ui, ctx: &mut Ctx<'_>, parameter: Parameter) {
 pub fn follow_path(ui: &mut Ui, ctx: &mut Ctx<'_>) {
     choice(ui, ctx, Parameter::Follow, |_| None);
     let by_position = Follow::from_index(ctx.index(Parameter::Follow)) == Follow::Position;
-    dimmed(ui, !by_position, |ui| slider(ui, ctx, Parameter::Path, Word::Position));
+    dimmed(ui, !by_position, |ui| slider(ui, ctx, Parameter::Path));
 }
 
 /// A switch.
-pub fn toggle(ui: &mut Ui, ctx: &mut Ctx<'_>, parameter: Parameter, word: Word) {
+pub fn toggle(ui: &mut Ui, ctx: &mut Ctx<'_>, parameter: Parameter) {
     let on = ctx.is_on(parameter);
-    let response = switch(ui, ctx.palette, word, on);
+    let response = switch(ui, ctx.palette, Word::Of(parameter), on);
     if response.clicked() {
         ctx.set(parameter, if on { 0.0 } else { 1.0 });
     }
     host_menu::add(ui, ctx, parameter, &response, response.rect);
-}
-
-/// Names of a choice's variants, as hosts show them.
-fn variants(params: &PromenadeParams, parameter: Parameter) -> Vec<String> {
-    let count = parameter.variants().map_or(0, |(ids, _)| ids.len());
-    (0..count).map(|index| text(params, parameter, index as f32)).collect()
 }

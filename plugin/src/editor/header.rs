@@ -37,7 +37,7 @@ pub(super) fn show(ui: &mut Ui, ctx: &mut Ctx<'_>) {
                 }
                 zoom(ui, ctx);
                 ui.add_space(4.0);
-                toggle(ui, ctx, Parameter::Bypass, Word::Bypass);
+                toggle(ui, ctx, Parameter::Bypass);
                 ui.add_space(4.0);
                 // From right to left.
                 for (name, b) in [(Word::B, true), (Word::A, false)] {

@@ -2,8 +2,8 @@
 
 use super::gesture::Automation;
 use crate::parameter::Parameter;
-use crate::project::params::{PlainValue, PromenadeParams, with_param};
-use nice_plug::prelude::{Param, ParamSetter};
+use crate::project::params::PromenadeParams;
+use nice_plug::prelude::ParamSetter;
 use std::sync::Weak;
 
 /// The host, as the editor writes to it.
@@ -19,26 +19,20 @@ pub struct Host<'a> {
 /// The plain value that the host has when it is set to `plain`.
 #[must_use]
 pub fn landed(params: &PromenadeParams, parameter: Parameter, plain: f32) -> f32 {
-    with_param!(params, parameter, param => param.plain_at(parameter.normalized(plain)))
+    params.of(parameter).plain_at(parameter.normalized(plain))
 }
 
 /// The default of a parameter, as a plain value.
 #[must_use]
 pub fn default_value(params: &PromenadeParams, parameter: Parameter) -> f32 {
     let (least, greatest) = parameter.limits();
-    with_param!(params, parameter, param => least + param.default_normalized_value() * (greatest - least))
-}
-
-/// The parameter's name as hosts show it.
-#[must_use]
-pub fn name(params: &PromenadeParams, parameter: Parameter) -> &str {
-    with_param!(params, parameter, param => param.name())
+    least + params.of(parameter).default_share() * (greatest - least)
 }
 
 /// The name of a choice's variant, or a value with its unit, as hosts show it.
 #[must_use]
 pub fn text(params: &PromenadeParams, parameter: Parameter, plain: f32) -> String {
-    with_param!(params, parameter, param => param.normalized_value_to_string(parameter.normalized(plain), true))
+    params.of(parameter).text(parameter.normalized(plain))
 }
 
 impl Host<'_> {
@@ -49,25 +43,21 @@ impl Host<'_> {
 
 impl Automation for Host<'_> {
     fn begin(&self, parameter: Parameter) {
-        if !self.is_there() {
-            return;
+        if self.is_there() {
+            self.params.of(parameter).begin(&self.setter);
         }
-        with_param!(self.params, parameter, param => self.setter.begin_set_parameter(param));
     }
 
     fn set(&self, parameter: Parameter, plain: f32) {
-        if !self.is_there() {
-            return;
+        if self.is_there() {
+            self.params.of(parameter).set(&self.setter, parameter.normalized(plain));
         }
-        let share = parameter.normalized(plain);
-        with_param!(self.params, parameter, param => self.setter.set_parameter_normalized(param, share));
     }
 
     fn end(&self, parameter: Parameter) {
-        if !self.is_there() {
-            return;
+        if self.is_there() {
+            self.params.of(parameter).end(&self.setter);
         }
-        with_param!(self.params, parameter, param => self.setter.end_set_parameter(param));
     }
 }
 
@@ -98,10 +88,10 @@ mod tests {
             for plain in [least, greatest, (least + (greatest - least) * 0.25).round()] {
                 let share = parameter.normalized(plain);
                 // Choices and switches count in steps, the rest in their own unit.
-                let back = with_param!(params, parameter, param => param.preview_normalized(param.preview_plain(share)));
-                assert!((back - share).abs() < 1e-6, "{}: {plain} is {share}, the framework has {back}", parameter.id());
+                let back = landed(&params, parameter, plain);
+                let same = (parameter.normalized(back) - share).abs() < 1e-6;
+                assert!(same, "{}: {plain} is {share}, the framework has {back}", parameter.id());
             }
-            assert!(!name(&params, parameter).is_empty());
         }
         assert_eq!(text(&params, Parameter::Tier, 2.0), "High");
         assert_eq!(text(&params, Parameter::Yaw, -90.0), "-90.00 deg");

@@ -3,7 +3,7 @@
 use super::controls::{list, toggle};
 use super::ctx::Ctx;
 use super::panel::Panel;
-use super::theme::CONTROL;
+use super::theme::{CONTROL, Palette};
 use super::widgets::{button, columns, drop_down, field, labelled, note, switch, words};
 use super::words::Word;
 use crate::listener::group;
@@ -93,7 +93,7 @@ fn port(ui: &mut Ui, kept: u16) -> Option<u16> {
 impl OscPanel {
     fn listening(&mut self, ui: &mut Ui, ctx: &mut Ctx<'_>, config: &OscConfig) {
         ui.horizontal(|ui| {
-            toggle(ui, ctx, Parameter::Osc, Word::ListenAtPort);
+            toggle(ui, ctx, Parameter::Osc);
             // Also where the host asks for no sound.
             ctx.instance.osc.apply();
             if let Some(port) = port(ui, config.port) {
@@ -139,29 +139,34 @@ impl OscPanel {
                 change(ctx, |c| c.adm = adm);
             }
         });
+        self.heard(ui, ctx.palette);
+    }
+
+    /// What has come in at the port.
+    fn heard(&self, ui: &mut Ui, palette: &Palette) {
         let status = &self.status;
         match &status.port.listening {
-            Listening::Off => note(ui, ctx.palette, "Not listening"),
-            Listening::Opening => note(ui, ctx.palette, "Opening the port"),
+            Listening::Off => note(ui, palette, "Not listening"),
+            Listening::Opening => note(ui, palette, "Opening the port"),
             Listening::At(address) => {
                 let last = if status.port.last_address.is_empty() { "nothing yet" } else { &status.port.last_address };
-                note(ui, ctx.palette, format!("At {address}: {:.0} messages/s, last {last}", status.port.messages_per_s));
+                note(ui, palette, format!("At {address}: {:.0} messages/s, last {last}", status.port.messages_per_s));
             }
             Listening::Failed(reason) => {
-                ui.colored_label(ctx.palette.error, reason);
+                ui.colored_label(palette.error, reason);
             }
         }
         let Counts { clamped, garbage, last_garbage, unknown } = &status.counts;
         if garbage + unknown + clamped > 0 {
             let counts = [(*unknown, "not for this format"), (*garbage, "damaged"), (*clamped, "out of range")];
             let counts = counts.iter().filter(|(n, _)| *n > 0).map(|(n, what)| format!("{n} {what}")).collect::<Vec<_>>();
-            note(ui, ctx.palette, counts.join(", "));
+            note(ui, palette, counts.join(", "));
             if !last_garbage.is_empty() {
-                note(ui, ctx.palette, last_garbage);
+                note(ui, palette, last_garbage);
             }
         }
         if !status.note.is_empty() {
-            ui.colored_label(ctx.palette.warn, &status.note);
+            ui.colored_label(palette.warn, &status.note);
         }
     }
 
@@ -275,13 +280,13 @@ fn axis_of(ui: &mut Ui, ctx: &Ctx<'_>, axes: AxisMap, axis: usize) {
 
 /// The listener group.
 fn group_of(ui: &mut Ui, ctx: &mut Ctx<'_>) {
-    labelled(ui, ctx.palette, Word::Group, |ui| super::controls::choice(ui, ctx, Parameter::Group, |_| None));
+    labelled(ui, ctx.palette, Word::Of(Parameter::Group), |ui| super::controls::choice(ui, ctx, Parameter::Group, |_| None));
     let chosen = GroupChoice::from_index(ctx.index(Parameter::Group));
     let Some(number) = chosen.number() else {
         note(ui, ctx.palette, "Instances of one group share one listener");
         return;
     };
-    toggle(ui, ctx, Parameter::Lead, Word::Lead);
+    toggle(ui, ctx, Parameter::Lead);
     let words = match (ctx.frame.leads, ctx.is_on(Parameter::Lead), group::is_led(number)) {
         (true, ..) => "This instance's listener is the group's",
         (false, true, true) => "Another instance leads already; this one follows it",

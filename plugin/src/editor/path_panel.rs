@@ -8,18 +8,18 @@ use super::theme::{CONTROL, SPACE};
 use super::widgets::{button, columns, field, labelled, note, outcome, switch, tab};
 use super::words::Word;
 use crate::history::user_state::UserState;
-use crate::library::error_chain::with_causes;
 use crate::parameter::Parameter;
 use crate::project::walk::SavedWalk;
 use egui::{DragValue, ScrollArea, Ui, Vec2};
 use promenade_core::{CameraPath, Keyframe};
+use promenade_fault::with_causes;
 use promenade_paths::edit::{self, EditError};
 use promenade_paths::{Recorder, RecorderConfig, WriteFormat, write};
 use std::path::Path;
 
 /// A recording is reduced to as few keyframes as keep it this close, metres.
 const TOLERANCE_M: f32 = 0.01;
-/// The same for the head's turn, degrees.
+/// A recording is reduced to as few keyframes as keep the head's turn this close, degrees.
 const TOLERANCE_DEG: f32 = 0.5;
 /// A keyframe that is added at the end comes this much after the last, seconds.
 const NEXT_S: f64 = 1.0;
@@ -83,7 +83,7 @@ fn playing(ui: &mut Ui, ctx: &mut Ctx<'_>) {
             ctx.keep(&ctx.params().saved_walk, |walk| walk.looping = !walk.looping);
         }
     });
-    toggle(ui, ctx, Parameter::Offset, Word::AddPosition);
+    toggle(ui, ctx, Parameter::Offset);
     let words = match ctx.walk {
         Some(walk) => format!("{} keyframes, {:.1} s", walk.path.keyframes().len(), walk.path.duration_s()),
         None => "No path yet: record one, add keyframes, or import a file.".to_owned(),

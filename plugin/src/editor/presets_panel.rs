@@ -7,8 +7,8 @@ use super::widgets::{button, field, labelled, note, outcome};
 use super::words::Word;
 use crate::history::presets::{self, About, Preset};
 use crate::history::user_state::UserState;
-use crate::library::error_chain::with_causes;
 use egui::{ScrollArea, TextEdit, Ui, Vec2};
+use promenade_fault::{Fault, with_causes};
 use std::path::PathBuf;
 
 /// Width of the column beside the list, points.
@@ -114,7 +114,7 @@ impl PresetsPanel {
 
     fn save(&mut self, ctx: &Ctx<'_>) {
         let state = ctx.gui.get_state();
-        let folder = self.folder.as_ref().ok_or(presets::PresetError::NoFolder);
+        let folder = self.folder.as_ref().ok_or_else(|| Fault::new("this system names no home folder to keep presets in"));
         self.outcome = Some(match folder.and_then(|folder| presets::save(folder, &self.name, &state)) {
             Ok(preset) => {
                 let done = format!("Saved as {}", preset.file.as_ref().unwrap_or(&PathBuf::new()).display());

@@ -8,9 +8,9 @@ use super::widgets::{button, columns, drop_down, fact, field, fits, note, outcom
 use super::words::Word;
 use crate::library;
 use crate::library::drawn_room::DrawnRoom;
-use crate::library::error_chain::with_causes;
 use egui::{DragValue, Sense, Ui, Vec2};
 use promenade_core::Scene;
+use promenade_fault::with_causes;
 use promenade_room::SIZES_M;
 use std::ops::Range;
 

@@ -1,29 +1,30 @@
 //! The panel on the left: the scenes to choose from, and the one that is played.
 
+mod about;
+mod line;
+
+use self::about::{about_height, about_scene};
+use self::line::{line, room_line};
 use super::chooser::{Chooser, FileKind, Place};
 use super::ctx::{Ctx, Owed};
-use super::theme::{Palette, ROUND, SPACE, faded};
-use super::widgets::{button, field, focus_ring, heading, note, switch};
+use super::theme::{Palette, SPACE};
+use super::widgets::{button, field, note, switch};
 use super::words::Word;
 use crate::history::user_state::UserState;
 use crate::library;
 use crate::library::lister::{Listed, Lister, Listing, card_at};
 use crate::library::scene_key::SceneKey;
+use crate::parameter::Parameter;
 use crate::parameter::choices::SceneChoice;
-use crate::parameter::{Parameter, SLOTS};
 use crate::worker::{LISTER, TaskHandle};
-use egui::{Align, CornerRadius, Frame, Layout, Margin, RichText, ScrollArea, Sense, TextEdit, Ui, Vec2, WidgetInfo, vec2};
+use egui::{Align, Frame, Layout, Margin, RichText, ScrollArea, TextEdit, Ui};
 use nice_plug::nice_error;
 use nice_plug::prelude::Enum;
-use promenade_core::{Scene, SceneCard, Tier};
 use std::path::Path;
 use std::sync::Arc;
 
 /// Width, points.
 const WIDTH: f32 = 224.0;
-/// Height of a line of the list, points.
-const LINE: f32 = 44.0;
-
 /// The list with its search.
 pub(super) struct Scenes {
     lister: Arc<Lister>,
@@ -43,9 +44,6 @@ pub(super) struct Scenes {
 const KIND: FileKind = FileKind { name: "Promenade scene", extensions: library::SCENES };
 /// Room for the button beside the search, points.
 const OPEN: f32 = 68.0;
-
-/// The scene's credit and notes are shown from this height on, points.
-const LEAST_ABOUT: f32 = 156.0;
 
 /// What a line of the list chooses.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -209,12 +207,6 @@ impl Scenes {
     }
 }
 
-/// Height of credit and notes below the list, points: as much as their text needs, but the list keeps half, and all of a low
-/// window.
-fn about_height(all: f32, wanted: f32) -> f32 {
-    if all > 2.0 * LEAST_ABOUT { wanted.clamp(LEAST_ABOUT, all / 2.0) } else { 0.0 }
-}
-
 /// The key of the scene file at a place.
 fn scene_file(path: &Path) -> Result<SceneKey, String> {
     let card = card_at(path).map_err(|why| format!("{}: {why}", path.display()))?;
@@ -284,185 +276,9 @@ fn caption(ui: &mut Ui, palette: &Palette, text: &str) {
     ui.label(RichText::new(text).font(Palette::caption()).color(palette.soft));
 }
 
-/// A size with its unit.
-fn size(bytes: u64) -> String {
-    let bytes = bytes as f64;
-    if bytes < 1e6 { format!("{:.0} kB", bytes / 1e3) } else { format!("{:.1} MB", bytes / 1e6) }
-}
-
-/// The ground of a line of the list.
-fn plate(ui: &mut Ui, palette: &Palette, on: bool) -> (egui::Rect, egui::Response) {
-    let (rect, response) = ui.allocate_exact_size(vec2(ui.available_width(), LINE), Sense::click());
-    let fill = match (on, response.hovered()) {
-        (true, _) => faded(palette.accent, 0.16),
-        (false, true) => palette.control,
-        (false, false) => palette.panel,
-    };
-    ui.painter().rect_filled(rect, CornerRadius::same(ROUND), fill);
-    if on {
-        let mark = egui::Rect::from_min_size(rect.min + vec2(0.0, 8.0), vec2(3.0, LINE - 16.0));
-        ui.painter().rect_filled(mark, CornerRadius::same(1), palette.accent);
-    }
-    (rect, response)
-}
-
-/// Title of a line, and the text below it with its colour and what it leaves free at its end.
-fn texts(ui: &Ui, palette: &Palette, inside: egui::Rect, title: &str, on: bool, below: (&str, egui::Color32, f32)) {
-    let short = |text: &str, font: egui::FontId, colour, width: f32| {
-        let mut job = egui::text::LayoutJob::simple_singleline(text.to_owned(), font, colour);
-        job.wrap = egui::text::TextWrapping::truncate_at_width(width);
-        ui.painter().layout_job(job)
-    };
-    let title_colour = if on { palette.accent } else { palette.text };
-    let title = short(title, Palette::body(), title_colour, inside.width());
-    ui.painter().galley(inside.min + vec2(0.0, 6.0), title, title_colour);
-    let (text, colour, free) = below;
-    let second = short(text, Palette::caption(), colour, inside.width() - free);
-    ui.painter().galley(inside.min + vec2(0.0, 24.0), second, colour);
-}
-
-/// The line of the drawn room; returns whether it was clicked.
-fn room_line(ui: &mut Ui, palette: &Palette, word: Word, below: &str, on: bool) -> bool {
-    let (rect, response) = plate(ui, palette, on);
-    texts(ui, palette, rect.shrink2(vec2(10.0, 0.0)), word.label(), on, (below, palette.soft, 0.0));
-    focus_ring(ui, palette, &response, rect.shrink(1.0), ROUND);
-    response.widget_info(|| WidgetInfo::selected(egui::Role::RadioButton, true, on, word.label()));
-    response.on_hover_text(word.help()).clicked() && !on
-}
-
-/// A line of the list; returns whether it was clicked.
-fn line(ui: &mut Ui, palette: &Palette, pick: Pick, listed: &Listed, on: bool) -> bool {
-    let (rect, response) = plate(ui, palette, on);
-    let beyond = matches!(pick, Pick::Slot(slot) if slot > usize::from(SLOTS));
-    let (below, colour) = match &listed.card {
-        None => ("reading".to_owned(), palette.soft),
-        Some(Err(_)) => ("cannot be read".to_owned(), palette.error),
-        Some(Ok(_)) if beyond => (format!("beyond slot {SLOTS}"), palette.warn),
-        Some(Ok(card)) => (line_of(card, listed.bytes), palette.soft),
-    };
-    let inside = rect.shrink2(vec2(10.0, 0.0));
-    let tiers = if matches!(listed.card, Some(Ok(_))) { TIER_MARKS } else { 0.0 };
-    texts(ui, palette, inside, listed.title(), on, (&below, colour, tiers));
-    if let Some(Ok(card)) = &listed.card {
-        for (index, tier) in Tier::ALL.into_iter().enumerate() {
-            let has = card.tiers.contains(&tier);
-            let at = egui::pos2(inside.right() - 4.0 - (3 - index) as f32 * 9.0, rect.top() + 31.0);
-            let colour = if has { palette.accent } else { palette.line };
-            ui.painter().circle_filled(at, 3.0, colour);
-        }
-    }
-    focus_ring(ui, palette, &response, rect.shrink(1.0), ROUND);
-    response.widget_info(|| WidgetInfo::selected(egui::Role::RadioButton, !beyond, on, listed.title()));
-    response.on_hover_ui(|ui| tooltip(ui, palette, listed)).clicked() && !on && !beyond
-}
-
-/// What a line says of a scene. What knows no treble says so first, since lines are cut.
-fn line_of(card: &SceneCard, bytes: u64) -> String {
-    let dull = if card.sample_rate_hz < FULL_BAND_HZ { format!("{}  ", at_rate(card)) } else { String::new() };
-    format!("{dull}{}  {}", size(bytes), card.provenance.licence)
-}
-
-/// The rate of a scene's data, in words.
-fn at_rate(card: &SceneCard) -> String {
-    format!("at {} kHz", card.sample_rate_hz / 1e3)
-}
-
-/// Data at lower rates lack treble that is heard, hertz.
-const FULL_BAND_HZ: f64 = 32_000.0;
-
-/// Room for the four marks of tiers, points.
-const TIER_MARKS: f32 = 44.0;
-
-/// Everything that is known of a listed scene.
-fn tooltip(ui: &mut Ui, palette: &Palette, listed: &Listed) {
-    ui.set_max_width(320.0);
-    ui.label(RichText::new(listed.title()).font(Palette::heading()).color(palette.text));
-    match &listed.card {
-        Some(Ok(card)) => {
-            let tiers = card.tiers.iter().map(|tier| tier.name()).collect::<Vec<_>>().join(", ");
-            note(ui, palette, &card.provenance.credit);
-            note(ui, palette, format!("Licence: {}", card.provenance.licence));
-            note(
-                ui,
-                palette,
-                format!("Qualities: {tiers}. {}, {} measurements to be judged by", size(listed.bytes), card.held_out),
-            );
-            note(ui, palette, format!("Measured or made {}: there is no more treble than that", at_rate(card)));
-        }
-        Some(Err(error)) => {
-            ui.label(RichText::new(error).font(Palette::caption()).color(palette.error));
-        }
-        None => note(ui, palette, "Being read"),
-    }
-    if !listed.path.as_os_str().is_empty() {
-        note(ui, palette, listed.path.display().to_string());
-    }
-}
-
-/// Notes that programs write for programs are long; a person wants their beginning.
-const LONGEST_NOTE: usize = 120;
-
-/// The beginning of a text, up to a word's end.
-fn beginning(text: &str) -> String {
-    let Some((end, _)) = text.char_indices().nth(LONGEST_NOTE) else { return text.to_owned() };
-    let cut = text[..end].rfind(' ').unwrap_or(end);
-    format!("{} ...", &text[..cut])
-}
-
-/// Credit, licence and notes of the scene that is played; returns the height that they want.
-fn about_scene(ui: &mut Ui, palette: &Palette, scene: &Scene) -> f32 {
-    let top = ui.cursor().top();
-    ui.add_space(SPACE);
-    let rule = ui.available_rect_before_wrap();
-    ui.painter().hline(rule.x_range(), rule.top(), egui::Stroke::new(1.0, palette.line));
-    heading(ui, palette, Word::Playing);
-    let head = ui.cursor().top() - top;
-    let shown = ScrollArea::vertical().id_salt("playing").auto_shrink(false).show(ui, |ui| {
-        ui.set_width(ui.available_width() - 4.0);
-        ui.spacing_mut().item_spacing = Vec2::new(SPACE, 2.0);
-        ui.label(RichText::new(scene.title()).color(palette.text));
-        note(ui, palette, scene.credit());
-        note(ui, palette, format!("Licence: {}", scene.licence()));
-        let grid = scene.grid();
-        let kind = match (scene.field(), scene.cloud()) {
-            (Some(_), Some(_)) => "For Draft and Standard, and for High",
-            (Some(_), None) => "For Draft and Standard",
-            (None, Some(_)) => "For High",
-            (None, None) => "Empty",
-        };
-        note(ui, palette, format!("{kind}, {} at {} Hz", size(scene.memory_bytes() as u64), grid.sample_rate_hz));
-        for text in &scene.provenance().notes {
-            let text = format!("Note: {text}");
-            let shown = ui.label(RichText::new(beginning(&text)).font(Palette::caption()).color(palette.soft));
-            shown.on_hover_text(text.as_str());
-        }
-    });
-    head + shown.content_size.y + SPACE
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn sizes_are_read_easily() {
-        assert_eq!((size(812_000), size(1_374_352)), ("812 kB".to_owned(), "1.4 MB".to_owned()));
-    }
-
-    #[test]
-    fn credit_and_notes_get_what_they_need_and_the_list_keeps_half() {
-        for (all, wanted, given) in [(690.0, 200.0, 200.0), (690.0, 900.0, 345.0), (690.0, 20.0, 156.0), (300.0, 200.0, 0.0)] {
-            assert_eq!(about_height(all, wanted), given, "{wanted} of {all}");
-        }
-    }
-
-    #[test]
-    fn a_long_note_ends_at_a_word() {
-        assert_eq!(beginning("as it is"), "as it is");
-        let long = beginning(&"eleven words and more ".repeat(20));
-        assert!(long.len() <= LONGEST_NOTE + 4 && long.ends_with(" ...") && !long.contains("mor ."), "{long}");
-        assert_eq!(beginning(&"x".repeat(500)).len(), LONGEST_NOTE + 4);
-    }
 
     #[test]
     fn a_file_that_is_no_scene_is_refused_with_what_it_is() {

@@ -10,8 +10,9 @@ use super::view::reset;
 use super::widgets::{button, dimmed, drop_down, heading, labelled, note, title};
 use super::words::Word;
 use super::{loudness, pose_source, tier};
+use crate::parameter::Parameter;
+use crate::parameter::row::SLOTS;
 use crate::parameter::source_knob::{Part, SOURCES, SourceKnob};
-use crate::parameter::{Parameter, SLOTS};
 use crate::playing::output::Output;
 use egui::{Align, Align2, Frame, Layout, Margin, Rect, ScrollArea, Sense, Ui, UiBuilder, Vec2};
 use promenade_core::Pose;
@@ -37,7 +38,7 @@ pub(super) fn right(ui: &mut Ui, ctx: &mut Ctx<'_>, (head, path): (&mut FileRow,
             dimmed(ui, ctx.instance.loader.output() != Output::Binaural, |ui| head.show(ui, ctx));
             heading(ui, ctx.palette, Word::EmitterOffset);
             source(ui, ctx, path);
-            heading(ui, ctx.palette, Word::Quality);
+            heading(ui, ctx.palette, Word::Of(Parameter::Tier));
             tier::show(ui, ctx);
         });
         ui.add_space(SPACE);
@@ -45,8 +46,8 @@ pub(super) fn right(ui: &mut Ui, ctx: &mut Ctx<'_>, (head, path): (&mut FileRow,
         let below = Frame::new().inner_margin(Margin { right: BAR, ..Margin::ZERO });
         below.show(ui, |ui| {
             heading(ui, ctx.palette, Word::Output);
-            slider(ui, ctx, Parameter::Mix, Word::Mix);
-            slider(ui, ctx, Parameter::Gain, Word::Gain);
+            slider(ui, ctx, Parameter::Mix);
+            slider(ui, ctx, Parameter::Gain);
             meters.show(ui, ctx.palette);
             loudness::show(ui, ctx);
         });
@@ -64,8 +65,8 @@ fn pose(ui: &mut Ui, ctx: &mut Ctx<'_>) {
         });
     });
     origin(ui, ctx);
-    triple(ui, ctx, [(Parameter::X, "x"), (Parameter::Y, "y"), (Parameter::Z, "z")]);
-    triple(ui, ctx, [(Parameter::Yaw, "Yaw"), (Parameter::Pitch, "Pitch"), (Parameter::Roll, "Roll")]);
+    triple(ui, ctx, [Parameter::X, Parameter::Y, Parameter::Z]);
+    triple(ui, ctx, [Parameter::Yaw, Parameter::Pitch, Parameter::Roll]);
 }
 
 /// Place and path of the emitter, or where there are further sources, of the one that is chosen.
@@ -81,10 +82,9 @@ fn source(ui: &mut Ui, ctx: &mut Ctx<'_>, path: &mut SourcePath) {
             }
         });
     }
-    let [x, y, z] = Parameter::place_of(chosen);
-    triple(ui, ctx, [(x, "x"), (y, "y"), (z, "z")]);
+    triple(ui, ctx, Parameter::place_of(chosen));
     if let Some(further) = chosen.checked_sub(1) {
-        slider(ui, ctx, Parameter::Source(SourceKnob { further, part: Part::Level }), Word::SourceLevel);
+        slider(ui, ctx, Parameter::Source(SourceKnob { further, part: Part::Level }));
     }
     path.show(ui, ctx, chosen);
 }
@@ -92,9 +92,9 @@ fn source(ui: &mut Ui, ctx: &mut Ctx<'_>, path: &mut SourcePath) {
 fn movement(ui: &mut Ui, ctx: &mut Ctx<'_>) {
     heading(ui, ctx.palette, Word::Movement);
     follow_path(ui, ctx);
-    labelled(ui, ctx.palette, Word::Path, |ui| paths(ui, ctx));
-    labelled(ui, ctx.palette, Word::Tracker, |ui| list(ui, ctx, Parameter::Tracking));
-    labelled(ui, ctx.palette, Word::Group, |ui| list(ui, ctx, Parameter::Group));
+    labelled(ui, ctx.palette, Word::Of(Parameter::Walk), |ui| paths(ui, ctx));
+    labelled(ui, ctx.palette, Word::Of(Parameter::Tracking), |ui| list(ui, ctx, Parameter::Tracking));
+    labelled(ui, ctx.palette, Word::Of(Parameter::Group), |ui| list(ui, ctx, Parameter::Group));
 }
 
 /// The camera path: the one that is saved with the project, or one of the library.
@@ -110,7 +110,7 @@ fn paths(ui: &mut Ui, ctx: &mut Ctx<'_>) {
     };
     let chosen = ctx.index(Parameter::Walk);
     let names = (0..=walks.len().min(usize::from(SLOTS))).map(name);
-    if let Some(slot) = drop_down(ui, "walk", &name(chosen), names, chosen, |_| Word::Path.help()) {
+    if let Some(slot) = drop_down(ui, "walk", &name(chosen), names, chosen, |_| Parameter::Walk.row().help) {
         ctx.set(Parameter::Walk, slot as f32);
     }
 }
@@ -140,15 +140,21 @@ fn in_numbers(pose: &Pose) -> [String; 2] {
 }
 
 /// Three numbers side by side, each under its name.
-fn triple(ui: &mut Ui, ctx: &mut Ctx<'_>, parameters: [(Parameter, &str); 3]) {
+fn triple(ui: &mut Ui, ctx: &mut Ctx<'_>, parameters: [Parameter; 3]) {
     const NAMES: f32 = 14.0;
     let palette = ctx.palette;
     let width = (ui.available_width() - 2.0 * SPACE) / 3.0;
     let (rect, _) = ui.allocate_exact_size(Vec2::new(ui.available_width(), NAMES + CONTROL), Sense::hover());
-    for (index, (parameter, name)) in parameters.into_iter().enumerate() {
+    for (index, parameter) in parameters.into_iter().enumerate() {
         let left = rect.left() + index as f32 * (width + SPACE);
         let place = Rect::from_min_size(egui::pos2(left, rect.top()), Vec2::new(width, rect.height()));
-        ui.painter().text(place.left_top() + Vec2::new(2.0, 0.0), Align2::LEFT_TOP, name, Palette::caption(), palette.soft);
+        ui.painter().text(
+            place.left_top() + Vec2::new(2.0, 0.0),
+            Align2::LEFT_TOP,
+            parameter.row().label,
+            Palette::caption(),
+            palette.soft,
+        );
         let field = place.with_min_y(place.top() + NAMES);
         ui.scope_builder(UiBuilder::new().max_rect(field), |ui| number(ui, ctx, parameter));
     }

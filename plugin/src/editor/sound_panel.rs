@@ -14,9 +14,9 @@ use egui::Ui;
 use promenade_core::Tier;
 
 /// What the panel sets, column by column.
-const LEVELS: [(Parameter, Word); 3] =
-    [(Parameter::Direct, Word::Direct), (Parameter::Early, Word::Early), (Parameter::Late, Word::Late)];
-const ROOM: [(Parameter, Word); 2] = [(Parameter::Decay, Word::Decay), (Parameter::Width, Word::RoomWidth)];
+const LEVELS: [Parameter; 3] = [Parameter::Direct, Parameter::Early, Parameter::Late];
+const ROOM: [Parameter; 3] = [Parameter::Decay, Parameter::Width, Parameter::Law];
+const REST: [Parameter; 3] = [Parameter::LowCut, Parameter::Spread, Parameter::WetSolo];
 
 /// What a user changes about a scene's sound.
 pub(super) struct SoundPanel {
@@ -42,20 +42,24 @@ impl Panel for SoundPanel {
             ui.spacing_mut().item_spacing.y = SPACE;
             match column {
                 0 => {
-                    dimmed(ui, whole, |ui| LEVELS.into_iter().for_each(|(parameter, word)| slider(ui, ctx, parameter, word)));
+                    dimmed(ui, whole, |ui| LEVELS.into_iter().for_each(|parameter| slider(ui, ctx, parameter)));
                     dimmed(ui, !ears, |ui| self.headphones.show(ui, ctx));
                 }
                 1 => {
-                    for (parameter, word) in ROOM {
-                        dimmed(ui, whole || (!ears && parameter == Parameter::Width), |ui| slider(ui, ctx, parameter, word));
+                    for parameter in ROOM {
+                        let deaf = match parameter {
+                            Parameter::Width => !ears,
+                            Parameter::Law => !far,
+                            _ => false,
+                        };
+                        dimmed(ui, whole || deaf, |ui| slider(ui, ctx, parameter));
                     }
-                    dimmed(ui, whole || !far, |ui| slider(ui, ctx, Parameter::Law, Word::Law));
                 }
                 _ => {
-                    slider(ui, ctx, Parameter::LowCut, Word::LowCut);
-                    dimmed(ui, !far, |ui| slider(ui, ctx, Parameter::Spread, Word::Spread));
+                    slider(ui, ctx, Parameter::LowCut);
+                    dimmed(ui, !far, |ui| slider(ui, ctx, Parameter::Spread));
                     ui.horizontal(|ui| {
-                        toggle(ui, ctx, Parameter::WetSolo, Word::WetSolo);
+                        toggle(ui, ctx, Parameter::WetSolo);
                         if button(ui, ctx.palette, Word::Neutral).clicked() {
                             neutral(ctx);
                         }
@@ -69,8 +73,7 @@ impl Panel for SoundPanel {
 
 /// Sets all to where they change nothing.
 fn neutral(ctx: &mut Ctx<'_>) {
-    let others = [Parameter::Law, Parameter::LowCut, Parameter::Spread, Parameter::WetSolo];
-    for parameter in LEVELS.into_iter().chain(ROOM).map(|(parameter, _)| parameter).chain(others) {
+    for parameter in LEVELS.into_iter().chain(ROOM).chain(REST) {
         let usual = default_value(ctx.params(), parameter);
         ctx.set(parameter, usual);
     }

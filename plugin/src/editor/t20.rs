@@ -7,9 +7,9 @@ use super::widgets::{button, note};
 use super::words::Word;
 use crate::answers::reverberation::Wanted;
 use crate::library::drawn_room::DrawnRoom;
-use crate::library::error_chain::with_causes;
 use crate::parameter::cast::narrow;
 use egui::{Align2, DragValue, Sense, Ui, Vec2};
+use promenade_fault::with_causes;
 use promenade_room::{Some7, T20_S, measured_t20_s};
 use std::path::Path;
 

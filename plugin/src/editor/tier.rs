@@ -33,10 +33,10 @@ pub(super) fn show(ui: &mut Ui, ctx: &mut Ctx<'_>) {
         figures(ui, ctx, scene, played);
     }
     let decodes = played >= Tier::High && scene.is_some();
-    dimmed(ui, !decodes, |ui| slider(ui, ctx, Parameter::Rate, Word::Updates));
+    dimmed(ui, !decodes, |ui| slider(ui, ctx, Parameter::Rate));
     let rate_hz = ctx.instance.loader.sample_rate_hz();
     let keeps = |latency: Latency| Some(latency.played_by(scene?, rate_hz?) != latency);
-    labelled(ui, ctx.palette, Word::Latency, |ui| {
+    labelled(ui, ctx.palette, Word::Of(Parameter::Latency), |ui| {
         choice(ui, ctx, Parameter::Latency, |index| {
             let keeps = keeps(LatencyChoice::from_index(index).into()).unwrap_or(false);
             keeps.then_some("this scene is played in frames alone: its filters are too short, or no multiple of its hop")

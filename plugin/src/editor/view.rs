@@ -173,13 +173,9 @@ impl View {
         self.fitted[kind(ctx)] = Some(Fitted { shown: shown(ctx), size: rect.size(), moved: false });
     }
 
-    /// Pointer and wheel. Returns what the pointer is over or holds.
-    fn handle(&mut self, ui: &Ui, response: &Response, rect: Rect, ctx: &mut Ctx<'_>, scenery: &Scenery) -> Option<Handle> {
+    /// Moves what is dragged, and says what that is.
+    fn drag(&mut self, ui: &Ui, response: &Response, rect: Rect, ctx: &mut Ctx<'_>, scenery: &Scenery) -> Option<Handle> {
         let modifiers = ui.input(|input| input.modifiers);
-        let over = response.hover_pos().and_then(|at| pick(&scenery.targets, at));
-        if response.is_pointer_button_down_on() || response.clicked() {
-            response.request_focus();
-        }
         if response.drag_started_by(PointerButton::Primary) {
             // Where the button went down, not where the move was noticed.
             let from = ui.input(|input| input.pointer.press_origin()).or(response.interact_pointer_pos());
@@ -211,6 +207,19 @@ impl View {
             return Some(drag.handle);
         }
         self.drag = None;
+        None
+    }
+
+    /// Pointer and wheel. Returns what the pointer is over or holds.
+    fn handle(&mut self, ui: &Ui, response: &Response, rect: Rect, ctx: &mut Ctx<'_>, scenery: &Scenery) -> Option<Handle> {
+        let modifiers = ui.input(|input| input.modifiers);
+        let over = response.hover_pos().and_then(|at| pick(&scenery.targets, at));
+        if response.is_pointer_button_down_on() || response.clicked() {
+            response.request_focus();
+        }
+        if let Some(handle) = self.drag(ui, response, rect, ctx, scenery) {
+            return Some(handle);
+        }
         let by = response.drag_delta();
         if response.dragged_by(PointerButton::Primary) && !modifiers.shift {
             match ctx.settings.view {

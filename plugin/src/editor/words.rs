@@ -1,7 +1,6 @@
 //! The editor's words and what each of them means. Widgets take a [`Word`], so that there is none without its tooltip.
 
 use crate::parameter::Parameter;
-use crate::parameter::source_knob::Part;
 use crate::parameter::table::table;
 
 table! {
@@ -16,8 +15,6 @@ table! {
         Dark = ("Dark", "Light writing on a dark ground"),
         /// Menu of a control.
         UsualValue = ("Usual value", "The value that a new instance starts with"),
-        /// Top line.
-        Bypass = ("Bypass", "Plays the track without the room, delayed as much as with it"),
         /// Top line.
         Undo = ("Undo", "Takes the last change back (Ctrl Z)"),
         /// Top line.
@@ -54,14 +51,6 @@ table! {
         /// Right.
         Movement = ("Movement", "What moves the listener besides your hand: a camera path, a head tracker, another instance"),
         /// Right.
-        Position = ("Position", "How far along the camera path the listener is, while Path position is chosen above"),
-        /// Right.
-        Path = ("Path", "Which camera path is used: the project's own, or a file of the library"),
-        /// Right.
-        Tracker = ("Tracker", "What a head tracker does to the listener"),
-        /// Right.
-        Group = ("Group", "Instances of one group hear with one listener, so that several sources share a room"),
-        /// Right.
         Head = ("Head", "Whose ears you hear with: the scene's own head, or one that was measured, such as yours"),
         /// Right.
         UseHead = ("Choose", "Takes a SOFA file of head-related responses: one to choose, or the one that is named beside; \
@@ -81,25 +70,15 @@ table! {
         /// Right.
         Source = ("Source", "Which input's place is shown below; a click in the view chooses one too"),
         /// Right.
-        SourceLevel = ("Level", "How loud the input of the chosen source is taken"),
-        /// Right.
         SourcePath = ("Choose", "Takes a file of a path for the source, as of a camera or an ADM object: one to choose, or the \
             one that is named beside. It is followed as Follow Path above says, and the project keeps it"),
         /// Right.
         NoSourcePath = ("No path", "The source stays where its offset puts it"),
         /// Right.
-        Quality = ("Quality", "Speed against accuracy; hosts call it Tier. What is grey, this scene does not have"),
-        /// Right.
         Processor = ("Processor", "Time that a block takes to be played, as a share of the time that it lasts"),
         /// Right.
         TierFigures = ("Each quality", "What it takes of one core while the listener walks, and its error in differences that \
             are just noticed (JND): to measurements where the scene has them, else to its best"),
-        /// Right.
-        Updates = ("Updates", "How often High and Reference work out the sound of a moving listener, times a second; they \
-            fade in between"),
-        /// Right.
-        Latency = ("Latency", "How much later the sound comes out than it went in; hosts that make up for it start anew \
-            after a change. Presets and undo leave it as it is"),
         /// Right.
         Budget = ("Budget", "The most that all instances may take together, as a share of one core: the loud are played in \
             full, the others as drafts or not at all; bounces ignore it. 0 is no limit"),
@@ -108,10 +87,6 @@ table! {
             Waits (silent)"),
         /// Right.
         Output = ("Output", "What leaves the plugin"),
-        /// Right.
-        Mix = ("Mix", "Share of the room's sound; the rest is the track as it came, delayed to match"),
-        /// Right.
-        Gain = ("Gain", "Makes everything louder or softer, in decibels"),
         /// Meters.
         In = ("In", "Level of the track as it comes, both channels"),
         /// Meters.
@@ -141,25 +116,6 @@ table! {
             comes"),
         /// Drawer.
         Sound = ("Sound", "How loud the parts of what is heard are, how long the room rings, and how wide it is"),
-        /// Sound.
-        Direct = ("Direct", "Level of what comes straight from the source; -60 dB is silence"),
-        /// Sound.
-        Early = ("Early", "Level of the walls' echoes in the first 80 milliseconds; -60 dB is silence"),
-        /// Sound.
-        Late = ("Late", "Level of what the room still says after 80 milliseconds; -60 dB is silence"),
-        /// Sound.
-        Decay = ("Decay", "How long the room rings, of the time that it takes as it is"),
-        /// Sound.
-        Law = ("Distance", "What the straight sound loses each time the source is twice as far: 6 dB in the open, 0 for none"),
-        /// Sound.
-        RoomWidth = ("Width", "How unlike both ears hear the room: 0 % the same, 100 % as it is; the straight sound stays"),
-        /// Sound.
-        LowCut = ("Low cut", "Takes the bass off below this frequency, 12 dB an octave, before the room; 0 takes nothing off"),
-        /// Sound.
-        WetSolo = ("Wet solo", "The room alone, as on a send: neither the track as it came nor the straight sound"),
-        /// Sound.
-        Spread = ("Stereo", "Angle between the sources that play the left and the right channel, where the scene starts: 0 \
-            plays both with one"),
         /// Sound.
         Neutral = ("As it is", "Puts all of these back to where they change nothing"),
         /// Drawer.
@@ -249,8 +205,6 @@ table! {
         /// Camera path.
         Loop = ("Loop", "Begins again at the end of the path"),
         /// Camera path.
-        AddPosition = ("Add position and angles", "Moves the listener from the path by its own position and angles"),
-        /// Camera path.
         Add = ("Add", "Adds a keyframe, a point of the path, where the listener is"),
         /// Camera path.
         Move = ("Move", "Takes the chosen keyframe to where the listener is"),
@@ -276,8 +230,6 @@ table! {
         /// Drawer.
         OscAndGroup = ("OSC and group", "Head trackers and remote control over Open Sound Control, and instances that \
             share a listener"),
-        /// Open Sound Control.
-        ListenAtPort = ("Listen at port", "Takes messages of head trackers and remote controls at this port (UDP)"),
         /// Open Sound Control.
         From = ("From", "Who may send: programs of this machine, or everybody on its networks"),
         /// Open Sound Control.
@@ -322,8 +274,6 @@ table! {
         SendAdm = ("As ADM-OSC", "Sends listener and source as ADM-OSC instead of the pose"),
         /// Open Sound Control.
         Host = ("Host", "Name or address of the machine that the pose is sent to"),
-        /// Open Sound Control.
-        Lead = ("Lead the group", "The others of the group hear from where this instance's listener is"),
         /// Drawer.
         Presets = ("Presets", "Settings to begin with, of the factory and your own; copies of the two that are compared"),
         /// Presets.
@@ -338,7 +288,14 @@ table! {
         Save = ("Save", "Writes the preset's file, over one of the same name"),
         /// Errors.
         TryAgain = ("Try again", "Looks for the missing file once more"),
+        ;
+        /// Beside the control of a parameter.
+        Of(Parameter) = of
     }
+}
+
+fn of(parameter: Parameter) -> (&'static str, &'static str) {
+    (parameter.row().label, parameter.row().help)
 }
 
 impl Word {
@@ -353,92 +310,6 @@ impl Word {
     pub fn help(self) -> &'static str {
         self.row().1
     }
-}
-
-/// What a parameter does, for the tooltip of its number or switch.
-#[must_use]
-pub fn help(parameter: Parameter) -> &'static str {
-    match parameter {
-        Parameter::X => "How far ahead of the room's origin the listener is; drag, or click to type",
-        Parameter::Y => "How far to the left of the room's origin the listener is",
-        Parameter::Z => "How far above the room's origin the listener's ears are",
-        Parameter::Yaw => "Turn of the head, positive to the left",
-        Parameter::Pitch => "Tilt of the head, positive with the nose up",
-        Parameter::Roll => "Tilt of the head, positive with the right ear down",
-        Parameter::Path => "How far along the camera path the listener is, of all the time that the path takes",
-        Parameter::Follow => "What moves the listener along its camera path, and sources along paths of their own",
-        Parameter::Offset => Word::AddPosition.help(),
-        Parameter::Tracking => Word::Tracker.help(),
-        Parameter::Ex => "Moves the source ahead from where it was recorded",
-        Parameter::Ey => "Moves the source to the left from where it was recorded",
-        Parameter::Ez => "Moves the source up from where it was recorded",
-        Parameter::Group => Word::Group.help(),
-        Parameter::Lead => Word::Lead.help(),
-        Parameter::Tier => Word::Quality.help(),
-        Parameter::Latency => Word::Latency.help(),
-        Parameter::Rate => Word::Updates.help(),
-        Parameter::Mix => Word::Mix.help(),
-        Parameter::Gain => Word::Gain.help(),
-        Parameter::Direct => Word::Direct.help(),
-        Parameter::Early => Word::Early.help(),
-        Parameter::Late => Word::Late.help(),
-        Parameter::Decay => Word::Decay.help(),
-        Parameter::Law => Word::Law.help(),
-        Parameter::Width => Word::RoomWidth.help(),
-        Parameter::LowCut => Word::LowCut.help(),
-        Parameter::WetSolo => Word::WetSolo.help(),
-        Parameter::Spread => Word::Spread.help(),
-        Parameter::Bypass => Word::Bypass.help(),
-        Parameter::Scene => "The room that is played",
-        Parameter::Slot => "Which file of the library is played; 0 is the project's own",
-        Parameter::Walk => Word::Path.help(),
-        Parameter::Osc => Word::ListenAtPort.help(),
-        Parameter::Source(knob) => match knob.part {
-            Part::X => "Moves this source ahead from the place of the scene's source",
-            Part::Y => "Moves this source to the left from the place of the scene's source",
-            Part::Z => "Moves this source up from the place of the scene's source",
-            Part::Level => "How loud this source's input is taken; all the way down it is silent",
-        },
-    }
-}
-
-/// What a choice's variant does; empty for what is no choice.
-#[must_use]
-pub fn variant_help(parameter: Parameter, index: usize) -> &'static str {
-    let all: &[&'static str] = match parameter {
-        Parameter::Follow => &[
-            "The listener stays where position and angles say",
-            "The listener is where Position says, along the camera path",
-            "The listener walks the camera path as the host plays",
-        ],
-        Parameter::Tracking => &[
-            "A head tracker has no effect",
-            "The tracker turns the head, on top of position, angles or path",
-            "The tracker turns and moves the head, on top of position, angles or path",
-            "The tracker alone says where the head is and looks",
-        ],
-        Parameter::Group => &[
-            "This instance has a listener of its own",
-            "Shares the listener of the first group",
-            "Shares the listener of the second group",
-            "Shares the listener of the third group",
-            "Shares the listener of the fourth group",
-        ],
-        Parameter::Tier => &[
-            "The direct sound and no room: for many tracks, and for setting up",
-            "The room as it was worked out beforehand for a table of places: exact there, blended in between",
-            "The room as a neural network works it out for the very place of the listener",
-            "As High, and with all of the published model's filters: the most costly",
-        ],
-        Parameter::Latency => &[
-            "The least work; for mixing, since hosts make up for it",
-            "Direct sound and first reflections without waiting, for playing along; takes about half as much again",
-            "Nothing is reported and the dry sound comes at once; the room's is a millisecond later",
-        ],
-        Parameter::Scene => &["A room of the factory, an office", "A room of the factory, a class room", "A file of your own"],
-        _ => &[],
-    };
-    all.get(index).copied().unwrap_or_default()
 }
 
 #[cfg(test)]
@@ -459,17 +330,15 @@ mod tests {
 
     #[test]
     fn every_word_of_the_editor_is_explained_by_its_tooltip() {
-        for word in Word::ALL {
+        for word in Word::ALL.into_iter().chain(Parameter::EVERY.map(Word::Of)) {
             assert!(explains(word.label(), word.help()), "{}: {}", word.label(), word.help());
             for unknown in UNKNOWN {
                 assert!(!word.label().to_lowercase().contains(unknown), "who knows what {} is?", word.label());
             }
         }
-        for parameter in Parameter::EVERY {
-            assert!(explains(parameter.id(), help(parameter)), "{parameter:?}: {}", help(parameter));
-            for (index, name) in parameter.variants().map_or(&[][..], |(_, names)| names).iter().enumerate() {
-                let text = variant_help(parameter, index);
-                assert!(explains(name, text), "{parameter:?}, {name}: {text:?}");
+        for variants in Parameter::EVERY.into_iter().filter_map(Parameter::variants) {
+            for (name, text) in variants.names.iter().zip(variants.help) {
+                assert!(explains(name, text), "{name}: {text:?}");
             }
         }
     }

@@ -290,7 +290,7 @@ fn host_side(plugin: *const clap_plugin) -> Option<Arc<HostSide>> {
 }
 
 /// The number by which hosts know a parameter, as the framework makes it of the id.
-fn parameter_id(parameter: Parameter) -> u32 {
+pub(crate) fn parameter_id(parameter: Parameter) -> u32 {
     host_id(parameter.id())
 }
 

@@ -16,5 +16,5 @@ pub type PromenadeMany = Promenade<MANY_FURTHER>;
 /// The plugin of 64 sources.
 pub type PromenadeMany64 = Promenade<MOST_FURTHER>;
 
-mod clap;
+pub(crate) mod clap;
 mod vst3;

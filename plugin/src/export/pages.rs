@@ -1,35 +1,14 @@
-//! Which parameters belong together: the modules in which hosts show them, and the pages of remote controls.
+//! Which parameters belong together, as hosts show them: in modules, and on pages of remote controls.
 
-use crate::parameter::Parameter;
 use crate::parameter::source_knob::{KNOBS, Part};
-use crate::project::params::{PromenadeParams, with_param};
-use nice_plug::prelude::{ParamPtr, Params, RemoteControlsContext, RemoteControlsPage, RemoteControlsSection};
+use crate::parameter::{Parameter, SOUND};
+use crate::project::params::PromenadeParams;
+use nice_plug::prelude::{Param, ParamPtr, Params, RemoteControlsContext, RemoteControlsPage, RemoteControlsSection};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-/// The module of the sound, to which every parameter belongs that has no other.
-pub(crate) const SOUND: &str = "Sound";
 /// The module of what the editor alone moves.
 const EDITOR: &str = "Editor";
-
-/// The module of a parameter.
-#[must_use]
-pub(crate) fn module(parameter: Parameter) -> &'static str {
-    use Parameter::{
-        Ex, Ey, Ez, Follow, Group, Lead, Offset, Osc, Path, Pitch, Roll, Scene, Slot, Source, Spread, Tracking, Walk, X, Y,
-        Yaw, Z,
-    };
-    match parameter {
-        X | Y | Z | Yaw | Pitch | Roll | Tracking => "Pose",
-        Path | Follow | Offset | Walk => "Path",
-        Ex | Ey | Ez | Spread => "Emitter",
-        Group | Lead => "Group",
-        Scene | Slot => "Scene",
-        Osc => "Remote",
-        Source(knob) => knob.source(),
-        _ => SOUND,
-    }
-}
 
 /// Pages of eight knobs with their sections; `None` leaves a knob free. [`SOUND`] has a page of its own, or as many as it
 /// needs.
@@ -49,7 +28,7 @@ pub(crate) fn remote_controls(params: &PromenadeParams, context: &mut impl Remot
     fn fill<P: RemoteControlsPage>(page: &mut P, params: &PromenadeParams, knobs: impl Iterator<Item = Option<Parameter>>) {
         for knob in knobs {
             match knob {
-                Some(parameter) => with_param!(params, parameter, param => page.add_param(param)),
+                Some(parameter) => params.of(parameter).put_onto(page),
                 None => page.add_spacer(),
             }
         }
@@ -57,12 +36,12 @@ pub(crate) fn remote_controls(params: &PromenadeParams, context: &mut impl Remot
     for (section, name, knobs) in PAGES {
         context.add_section(section, |section| section.add_page(name, |page| fill(page, params, knobs.into_iter())));
     }
-    let sound = Parameter::ALL.into_iter().filter(|parameter| module(*parameter) == SOUND);
+    let sound = Parameter::ALL.into_iter().filter(|parameter| parameter.row().module == SOUND);
     context.add_section(SOUND, |section| section.add_page(SOUND, |page| fill(page, params, sound.map(Some))));
     // Two sources a page.
     let knobs = KNOBS.map(|knob| Some(Parameter::Source(knob)));
     for pair in knobs[..params.further() * Part::ALL.len()].chunks(2 * Part::ALL.len()) {
-        let names = pair.iter().step_by(Part::ALL.len()).flatten().map(|knob| module(*knob)).collect::<Vec<_>>();
+        let names = pair.iter().step_by(Part::ALL.len()).flatten().map(|knob| knob.row().module).collect::<Vec<_>>();
         let name = names.join(", ");
         context.add_section("Sources", |section| section.add_page(name, |page| fill(page, params, pair.iter().copied())));
     }
@@ -75,9 +54,12 @@ pub(crate) struct InModules(pub(crate) Arc<PromenadeParams>);
 #[expect(unsafe_code, reason = "the framework's list of parameters holds pointers to them")]
 unsafe impl Params for InModules {
     fn param_map(&self) -> Vec<(String, ParamPtr, String)> {
-        let module = |id: &str| Parameter::of_id(id).map_or(EDITOR, module).to_owned();
-        let own = self.0.param_map().into_iter().map(|(id, pointer, _)| (id, pointer));
-        own.chain(self.0.source_map()).map(|(id, pointer)| (id.clone(), pointer, module(&id))).collect()
+        let of = |parameter: Parameter| {
+            (parameter.id().to_owned(), self.0.of(parameter).as_ptr(), parameter.row().module.to_owned())
+        };
+        let mut all: Vec<_> = self.0.parameters().map(of).collect();
+        all.insert(Parameter::ALL.len(), ("revision".to_owned(), self.0.revision.as_ptr(), EDITOR.to_owned()));
+        all
     }
 
     fn serialize_fields(&self) -> BTreeMap<String, String> {
@@ -97,7 +79,7 @@ mod tests {
     fn every_parameter_is_on_one_page() {
         for parameter in Parameter::ALL {
             let count = PAGES.iter().flat_map(|(.., knobs)| knobs).filter(|knob| **knob == Some(parameter)).count();
-            assert_eq!(count, usize::from(module(parameter) != SOUND), "{parameter:?}");
+            assert_eq!(count, usize::from(parameter.row().module != SOUND), "{parameter:?}");
         }
     }
 }

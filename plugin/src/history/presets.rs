@@ -5,9 +5,9 @@ mod file;
 use crate::library::file::{file_name_of, read_limited};
 pub use file::About;
 use nice_plug::plugin::PluginState;
+use promenade_fault::Fault;
 use std::io;
 use std::path::{Path, PathBuf};
-use thiserror::Error;
 
 /// Extension of preset files.
 pub const EXTENSION: &str = "vstpreset";
@@ -59,32 +59,8 @@ pub struct Preset {
     pub about: About,
 }
 
-/// Why a preset cannot be read or saved.
-#[derive(Debug, Error)]
-pub enum PresetError {
-    /// The file cannot be read or written.
-    #[error("{}: {error}", path.display())]
-    Io {
-        /// The file.
-        path: PathBuf,
-        /// The system's error.
-        error: io::Error,
-    },
-    /// The file is not a preset of this plugin.
-    #[error("{what}: expected a preset of Promenade, found {found}")]
-    Content {
-        /// The file or the factory preset.
-        what: String,
-        /// What was found.
-        found: String,
-    },
-    /// The name cannot be a file name.
-    #[error("\"{0}\" cannot be a preset's name: expected a file name without separators")]
-    Name(String),
-    /// The system names no folder for the user's presets.
-    #[error("this system names no home folder to keep presets in")]
-    NoFolder,
-}
+/// What is expected of a preset's file.
+const PRESET: &str = "a preset of Promenade";
 
 /// Where VST3 hosts look for the user's presets of this plugin.
 ///
@@ -130,7 +106,7 @@ pub fn of_file(path: &Path) -> Option<Preset> {
 ///
 /// # Errors
 /// The file cannot be read or is not a preset of this plugin.
-pub fn read(preset: &Preset) -> Result<PluginState, PresetError> {
+pub fn read(preset: &Preset) -> Result<PluginState, Fault> {
     match &preset.file {
         Some(path) => read_file(path),
         None => read_factory(&preset.name),
@@ -140,9 +116,9 @@ pub fn read(preset: &Preset) -> Result<PluginState, PresetError> {
 /// The state in a preset's file.
 ///
 /// # Errors
-/// As [`read`].
-pub fn read_file(path: &Path) -> Result<PluginState, PresetError> {
-    let bytes = read_limited(path, LARGEST_FILE).map_err(|error| PresetError::Io { path: path.to_owned(), error })?;
+/// The file cannot be read or is not a preset of this plugin.
+pub fn read_file(path: &Path) -> Result<PluginState, Fault> {
+    let bytes = read_limited(path, LARGEST_FILE).map_err(Fault::read(path))?;
     state_in(&bytes, &path.display().to_string())
 }
 
@@ -150,9 +126,9 @@ pub fn read_file(path: &Path) -> Result<PluginState, PresetError> {
 ///
 /// # Errors
 /// There is none of that name.
-pub fn read_factory(name: &str) -> Result<PluginState, PresetError> {
+pub fn read_factory(name: &str) -> Result<PluginState, Fault> {
     let known = FACTORY.iter().find(|(known, _)| *known == name);
-    let none = || PresetError::Content { what: name.to_owned(), found: "no factory preset of that name".to_owned() };
+    let none = || Fault::argument(name, PRESET, "no factory preset of that name");
     state_in(known.ok_or_else(none)?.1, name)
 }
 
@@ -160,11 +136,12 @@ pub fn read_factory(name: &str) -> Result<PluginState, PresetError> {
 ///
 /// # Errors
 /// The name cannot be a file name, or the file cannot be written.
-pub fn save(folder: &Path, name: &str, state: &PluginState) -> Result<Preset, PresetError> {
-    let name = file_name_of(name).ok_or_else(|| PresetError::Name(name.trim().to_owned()))?;
+pub fn save(folder: &Path, name: &str, state: &PluginState) -> Result<Preset, Fault> {
+    let no_name = || Fault::argument("name of a preset", "a file name without separators", format_args!("{:?}", name.trim()));
+    let name = file_name_of(name).ok_or_else(no_name)?;
     let path = folder.join(format!("{name}.{EXTENSION}"));
-    let io_error = |error| PresetError::Io { path: path.clone(), error };
-    std::fs::create_dir_all(folder).map_err(io_error)?;
+    let io_error = Fault::write(&path);
+    std::fs::create_dir_all(folder).map_err(&io_error)?;
     let json = serde_json::to_vec(state).map_err(|error| io_error(io::Error::other(error)))?;
     // A crash half way leaves the old preset.
     let partial = path.with_extension("partial");
@@ -174,8 +151,8 @@ pub fn save(folder: &Path, name: &str, state: &PluginState) -> Result<Preset, Pr
     Ok(Preset { name: name.to_owned(), file: Some(path), about: About::default() })
 }
 
-fn state_in(bytes: &[u8], what: &str) -> Result<PluginState, PresetError> {
-    file::state(bytes, FACTORY[0].1).map_err(|found| PresetError::Content { what: what.to_owned(), found })
+fn state_in(bytes: &[u8], what: &str) -> Result<PluginState, Fault> {
+    file::state(bytes, FACTORY[0].1).map_err(|found| Fault::argument(what, PRESET, found))
 }
 
 #[cfg(test)]
@@ -215,7 +192,8 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let state = read(&list(None)[0]).unwrap();
         for name in ["", " ", "../x", "a/b", ".hidden", "C:x", ".."] {
-            assert!(matches!(save(folder.path(), name, &state), Err(PresetError::Name(_))), "{name}");
+            let error = save(folder.path(), name, &state).unwrap_err().to_string();
+            assert!(error.contains("name of a preset: expected"), "{name}: {error}");
         }
     }
 

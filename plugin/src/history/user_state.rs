@@ -35,7 +35,7 @@ impl UserState {
     #[must_use]
     pub fn of(params: &PromenadeParams) -> Self {
         let value = |parameter| match parameter {
-            Parameter::Source(knob) if !params.has(parameter) => knob.default_value(),
+            Parameter::Source(_) if !params.has(parameter) => parameter.row().default,
             _ if is_for_sound(parameter) => params.heard(parameter),
             _ => 0.0,
         };
@@ -98,7 +98,7 @@ impl UserState {
         (u32::try_from(index(self.value(Parameter::Slot))).unwrap_or(0), &self.scene)
     }
 
-    /// The same in a scene file, where the scene's makers let the listener begin.
+    /// The state with another scene, from a file, and the listener where the scene's makers let it begin.
     #[must_use]
     pub fn in_scene(mut self, scene: SceneKey, start: Pose) -> Self {
         let own = [(Parameter::Scene, SceneChoice::Library.to_index() as f32), (Parameter::Slot, 0.0)];
@@ -175,7 +175,7 @@ fn plain(parameter: Parameter, value: &ParamValue) -> Option<f32> {
         ParamValue::F32(number) => Some(*number),
         ParamValue::I32(number) => Some(*number as f32),
         ParamValue::Bool(on) => Some(f32::from(u8::from(*on))),
-        ParamValue::String(id) => Some(parameter.variants()?.0.iter().position(|known| known == id)? as f32),
+        ParamValue::String(id) => Some(parameter.variants()?.ids.iter().position(|known| known == id)? as f32),
     }
 }
 

@@ -1,15 +1,15 @@
 //! Scenes in memory, one copy per content and head in the whole process.
 
 use crate::library::drawn_room::DrawnRoom;
-use crate::library::factory;
+use crate::library::factory::{self, FactoryScene};
 use crate::worker::lock::lock;
 use promenade_core::{
     AMBISONIC_CHANNELS, Carriers, Head, Latency, NoHeadError, NotAmbisonicError, RenderError, Scene, SceneError,
 };
-use promenade_room::{RoomError, SceneHead};
+use promenade_fault::Fault;
+use promenade_room::SceneHead;
 use std::collections::{HashMap, VecDeque};
 use std::sync::{Arc, LazyLock, Mutex, Weak};
-use thiserror::Error;
 
 /// BLAKE3 of a scene file, 64 lower-case hexadecimal digits.
 pub type ContentHash = String;
@@ -58,7 +58,7 @@ static NEWEST: Mutex<VecDeque<(Weak<Scene>, Arc<Carriers>)>> = Mutex::new(VecDeq
 /// The carriers of a scene at a sample rate for a latency, drawn once for all instances that play it so.
 ///
 /// # Errors
-/// As [`Scene::playable_at`].
+/// A sample rate at which no scene is played, or a scene that would cost too much there: [`Scene::playable_at`].
 pub fn carriers(scene: &Arc<Scene>, sample_rate_hz: f64, latency: Latency) -> Result<Arc<Carriers>, RenderError> {
     scene.playable_at(sample_rate_hz)?;
     let mut held = lock(&CARRIERS);
@@ -108,10 +108,10 @@ static AMBISONIC: Mutex<Vec<HeldPairs>> = Mutex::new(Vec::new());
 /// memory.
 ///
 /// # Errors
-/// As [`Scene::ambisonic_pair`].
+/// A scene without an Ambisonic form.
 ///
 /// # Panics
-/// As [`Scene::ambisonic_pair`].
+/// There are fewer pairs than that.
 pub fn ambisonic(scene: &Arc<Scene>, pair: usize) -> Result<Arc<Scene>, NotAmbisonicError> {
     let mut held = lock(&AMBISONIC);
     held.retain(|(of, _)| of.strong_count() > 0);
@@ -136,51 +136,44 @@ const KEPT_SCENE_HEADS: usize = 2;
 /// Scenes of rooms by the contents of room and head.
 static ROOMS: LazyLock<Mutex<HashMap<[ContentHash; 2], Weak<Scene>>>> = LazyLock::new(Mutex::default);
 
-/// Why a drawn room cannot be played.
-#[derive(Debug, Error)]
-pub enum DrawnRoomError {
-    /// What is drawn is no room.
-    #[error("the drawn room")]
-    Room(#[source] RoomError),
-    /// The scene whose head it is heard with is damaged.
-    #[error("factory scene {}", factory::STUDIO.id)]
-    Factory(#[source] SceneError),
-    /// The scene whose head it is heard with cannot be heard with another.
-    #[error(transparent)]
-    Head(#[from] NoHeadError),
-    /// The scene whose head it is heard with has none of its own.
-    #[error("factory scene {}: expected image sources with a head, found none", factory::STUDIO.id)]
-    NoSceneHead,
+/// A scene that is built in, and its content.
+///
+/// # Errors
+/// It is damaged.
+pub fn factory_scene(scene: FactoryScene) -> Result<(Arc<Scene>, ContentHash), Fault> {
+    scene_from(scene.bytes).map_err(|error| Fault::because(format!("factory scene {}", scene.id), error))
 }
 
 /// The scene of a drawn room heard with a head, or with the factory's, shared with every instance that plays the same.
 ///
 /// # Errors
 /// A length, an emitter or a material that no room can have.
-pub fn drawn(room: &DrawnRoom, head: Option<&Head>) -> Result<Arc<Scene>, DrawnRoomError> {
+pub fn drawn(room: &DrawnRoom, head: Option<&Head>) -> Result<Arc<Scene>, Fault> {
     let head_hash = head.map_or_else(ContentHash::new, |head| content_hash(&head.to_bytes()));
     let contents = [content_hash(format!("{room:?}").as_bytes()), head_hash.clone()];
     if let Some(scene) = lock(&ROOMS).get(&contents).and_then(Weak::upgrade) {
         return Ok(scene);
     }
-    let scene = Arc::new(room.scene(&*scene_head(head, head_hash)?).map_err(DrawnRoomError::Room)?);
+    let scene = Arc::new(room.scene(&*scene_head(head, head_hash)?).map_err(|error| Fault::because("the drawn room", error))?);
     let mut rooms = lock(&ROOMS);
     rooms.retain(|_, held| held.strong_count() > 0);
     rooms.insert(contents, Arc::downgrade(&scene));
     Ok(scene)
 }
 
-fn scene_head(head: Option<&Head>, hash: ContentHash) -> Result<Arc<SceneHead>, DrawnRoomError> {
+fn scene_head(head: Option<&Head>, hash: ContentHash) -> Result<Arc<SceneHead>, Fault> {
     let mut held = lock(&SCENE_HEADS);
     if let Some((_, scene_head)) = held.iter().find(|(of, _)| *of == hash) {
         return Ok(Arc::clone(scene_head));
     }
-    let studio = Scene::from_bytes(factory::STUDIO.bytes).map_err(DrawnRoomError::Factory)?;
+    let named = format!("factory scene {}", factory::STUDIO.id);
+    let studio = Scene::from_bytes(factory::STUDIO.bytes).map_err(|error| Fault::because(&*named, error))?;
     let studio = match head {
-        Some(head) => studio.with_head(head)?,
+        Some(head) => studio.with_head(head).map_err(Fault::of)?,
         None => studio,
     };
-    let scene_head = Arc::new(SceneHead::of_scene(&studio).ok_or(DrawnRoomError::NoSceneHead)?);
+    let scene_head = SceneHead::of_scene(&studio);
+    let scene_head = Arc::new(scene_head.ok_or_else(|| Fault::argument(named, "image sources with a head", "none"))?);
     held.push_back((hash, Arc::clone(&scene_head)));
     if held.len() > KEPT_SCENE_HEADS {
         held.pop_front();
@@ -198,7 +191,6 @@ pub(crate) fn alone() -> std::sync::MutexGuard<'static, ()> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::library::factory;
 
     #[test]
     fn the_same_room_is_one_scene_and_another_head_is_heard() {
@@ -208,7 +200,7 @@ mod tests {
         assert!(Arc::ptr_eq(&first, &second));
         assert_eq!(first.emitter().map(|at| at.to_array()), Some(room.emitter));
         let wrong = DrawnRoom { size: [1e9; 3], ..room };
-        let error = crate::library::error_chain::with_causes(&drawn(&wrong, None).unwrap_err());
+        let error = promenade_fault::with_causes(&drawn(&wrong, None).unwrap_err());
         assert!(error.contains("size of the room: expected three lengths of 0.5 to 200 m"), "{error}");
     }
 

@@ -2,7 +2,6 @@
 
 pub mod cache;
 pub mod drawn_room;
-pub mod error_chain;
 pub mod factory;
 pub(crate) mod file;
 pub mod level;
@@ -12,7 +11,8 @@ pub mod slot_names;
 
 use cache::ContentHash;
 use file::{file_name_of, read_limited};
-use promenade_core::{Scene, SceneError};
+use promenade_core::Scene;
+use promenade_fault::Fault;
 use scene_key::SceneKey;
 use std::io;
 use std::path::{Path, PathBuf};
@@ -40,59 +40,15 @@ pub struct LoadedScene {
     pub note: String,
 }
 
-/// Why no scene can be played.
+/// Why no scene or camera path can be played.
 #[derive(Debug, Error)]
-pub enum LibraryError {
-    /// The library slot has no file.
-    #[error("library slot {slot} is empty: the folders {folders:?} hold {found} files of that kind")]
-    EmptySlot {
-        /// The slot, from 1.
-        slot: u32,
-        /// How many files there are.
-        found: usize,
-        /// The folders that were searched.
-        folders: Vec<PathBuf>,
-    },
-    /// The project names no scene.
-    #[error("the scene is set to the library, but neither a slot is chosen nor a scene saved with the project")]
-    NoScene,
-    /// No file has the scene's content or its name.
-    #[error(
-        "scene \"{title}\"{} is missing: it was at {absolute}, and is in none of {folders:?}; the dry sound passes",
-        if hash.is_empty() { String::new() } else { format!(" (BLAKE3 {hash})") }
-    )]
-    Missing {
-        /// The scene's title.
-        title: String,
-        /// Its content.
-        hash: String,
-        /// Where it was.
-        absolute: PathBuf,
-        /// The folders that were searched.
-        folders: Vec<PathBuf>,
-    },
-    /// A file cannot be read.
-    #[error("{path}: {error}")]
-    Io {
-        /// The file.
-        path: PathBuf,
-        /// The system's error.
-        error: io::Error,
-    },
-    /// A name that no file can have.
-    #[error("expected a name without a folder, found {0:?}")]
-    Name(String),
-    /// A scene that cannot be written.
-    #[error("the scene cannot be written")]
-    Write(#[source] SceneError),
-    /// A file is not a scene.
-    #[error("{path}: {error}")]
-    NoSceneFile {
-        /// The file.
-        path: PathBuf,
-        /// What is wrong with it.
-        error: SceneError,
-    },
+pub enum LoadError {
+    /// No file was chosen: an empty slot of the library, or no scene in the project.
+    #[error("{0}")]
+    NoneChosen(String),
+    /// What was chosen cannot be played.
+    #[error(transparent)]
+    Fault(#[from] Fault),
 }
 
 /// Folders where an installer for all users of a system puts scenes, whether they are there or not.
@@ -146,21 +102,24 @@ pub fn files(folders: &[PathBuf], extensions: &[&str]) -> Vec<PathBuf> {
 ///
 /// # Errors
 /// There are fewer files than that.
-pub fn file_in_slot(folders: &[PathBuf], extensions: &[&str], slot: u32) -> Result<PathBuf, LibraryError> {
+pub fn file_in_slot(folders: &[PathBuf], extensions: &[&str], slot: u32) -> Result<PathBuf, LoadError> {
     let files = files(folders, extensions);
-    let empty = LibraryError::EmptySlot { slot, found: files.len(), folders: folders.to_vec() };
-    usize::try_from(slot).ok().and_then(|n| n.checked_sub(1)).and_then(|n| files.into_iter().nth(n)).ok_or(empty)
+    let found = files.len();
+    let file = usize::try_from(slot).ok().and_then(|n| n.checked_sub(1)).and_then(|n| files.into_iter().nth(n));
+    file.ok_or_else(|| {
+        LoadError::NoneChosen(format!("library slot {slot} is empty: the folders {folders:?} hold {found} files of that kind"))
+    })
 }
 
 /// The bytes of a regular file of at most 1 GiB.
 ///
 /// # Errors
 /// The file cannot be read, is no regular file, or is larger than 1 GiB.
-pub fn read(path: &Path) -> Result<Vec<u8>, LibraryError> {
-    bytes_of(path).map_err(|error| LibraryError::Io { path: path.to_owned(), error })
+pub fn read(path: &Path) -> Result<Vec<u8>, Fault> {
+    bytes_of(path).map_err(Fault::read(path))
 }
 
-/// As [`read`], with the system's error.
+/// The bytes of a regular file of at most 1 GiB, or the system's error.
 pub(crate) fn bytes_of(path: &Path) -> io::Result<Vec<u8>> {
     read_limited(path, LARGEST_FILE)
 }
@@ -169,7 +128,7 @@ pub(crate) fn bytes_of(path: &Path) -> io::Result<Vec<u8>> {
 ///
 /// # Errors
 /// The slot is empty or its file is not a scene.
-pub fn scene_in_slot(folders: &[PathBuf], slot: u32) -> Result<LoadedScene, LibraryError> {
+pub fn scene_in_slot(folders: &[PathBuf], slot: u32) -> Result<LoadedScene, LoadError> {
     let path = file_in_slot(folders, SCENES, slot)?;
     let (scene, hash) = scene_at(&path)?;
     let key = SceneKey::to_file(&path, hash.clone(), scene.title().to_owned(), slot);
@@ -183,27 +142,29 @@ pub fn scene_in_slot(folders: &[PathBuf], slot: u32) -> Result<LoadedScene, Libr
 ///
 /// # Errors
 /// The project names no scene, or there is no file with that content or that name, or it is not a scene.
-pub fn scene_of(folders: &[PathBuf], wanted: &SceneKey) -> Result<LoadedScene, LibraryError> {
+pub fn scene_of(folders: &[PathBuf], wanted: &SceneKey) -> Result<LoadedScene, LoadError> {
     if !wanted.is_some() {
-        return Err(LibraryError::NoScene);
+        const NONE: &str = "the scene is set to the library, but neither a slot is chosen nor a scene saved with the project";
+        return Err(LoadError::NoneChosen(NONE.to_owned()));
     }
     if let Some(scene) = cache::in_memory(&wanted.hash) {
         return Ok(LoadedScene { scene, hash: wanted.hash.clone(), key: wanted.clone(), note: String::new() });
     }
     if wanted.is_loft() {
-        let (scene, hash) = cache::scene_from(factory::LOFT.bytes)
-            .map_err(|error| LibraryError::NoSceneFile { path: factory::LOFT.id.into(), error })?;
+        let (scene, hash) = cache::factory_scene(factory::LOFT)?;
         return Ok(LoadedScene { scene, hash, key: wanted.clone(), note: String::new() });
     }
     let library = files(folders, SCENES);
     let same_name = |path: &&PathBuf| path.file_name().and_then(|n| n.to_str()) == Some(wanted.file_name());
     let by_name = wanted.places().into_iter().chain(library.iter().filter(same_name).cloned()).collect::<Vec<_>>();
     let found = by_name.iter().chain(&library).find(|path| holds(path, &wanted.hash));
-    let missing = || LibraryError::Missing {
-        title: wanted.title.clone(),
-        hash: wanted.hash.clone(),
-        absolute: wanted.absolute.clone(),
-        folders: folders.to_vec(),
+    let missing = || {
+        let SceneKey { title, hash, absolute, .. } = wanted;
+        let content = if hash.is_empty() { String::new() } else { format!(" (BLAKE3 {hash})") };
+        Fault::new(format!(
+            "scene \"{title}\"{content} is missing: it was at {}, and is in none of {folders:?}; the dry sound passes",
+            absolute.display()
+        ))
     };
     // Of what is no regular file, the error says what it is.
     let there = || by_name.iter().find(|path| path.is_file()).or_else(|| by_name.iter().find(|path| path.exists()));
@@ -228,18 +189,21 @@ pub fn scene_of(folders: &[PathBuf], wanted: &SceneKey) -> Result<LoadedScene, L
 ///
 /// # Errors
 /// A name that is no file name or is taken, a file that cannot be written.
-pub fn save(folders: &[PathBuf], title: &str, scene: &Scene) -> Result<PathBuf, LibraryError> {
-    let name = file_name_of(title).ok_or_else(|| LibraryError::Name(title.to_owned()))?;
-    let folder = folders.last().ok_or_else(|| LibraryError::Name(title.to_owned()))?;
+pub fn save(folders: &[PathBuf], title: &str, scene: &Scene) -> Result<PathBuf, Fault> {
+    let no_name = || Fault::unexpected("a name without a folder", format_args!("{title:?}"));
+    let name = file_name_of(title).ok_or_else(no_name)?;
+    let folder = folders.last().ok_or_else(no_name)?;
     let path = folder.join(format!("{name}.{}", SCENES[0]));
-    let io_error = |error| LibraryError::Io { path: path.clone(), error };
+    let io_error = Fault::write(&path);
     if path.exists() {
         return Err(io_error(io::Error::new(io::ErrorKind::AlreadyExists, "there is a scene of this name already")));
     }
     let mut parts = scene.parts().clone();
     name.clone_into(&mut parts.provenance.title);
-    let bytes = Scene::new(parts).and_then(|scene| scene.to_bytes()).map_err(LibraryError::Write)?;
-    std::fs::create_dir_all(folder).map_err(io_error)?;
+    let bytes = Scene::new(parts)
+        .and_then(|scene| scene.to_bytes())
+        .map_err(|error| Fault::because("the scene cannot be written", error))?;
+    std::fs::create_dir_all(folder).map_err(&io_error)?;
     // A crash half way leaves no half scene.
     let partial = path.with_extension("partial");
     std::fs::write(&partial, bytes).and_then(|()| std::fs::rename(&partial, &path)).map_err(io_error)?;
@@ -254,8 +218,8 @@ fn holds(path: &Path, hash: &str) -> bool {
 ///
 /// # Errors
 /// The file cannot be read or is not a scene.
-pub fn scene_at(path: &Path) -> Result<(Arc<Scene>, ContentHash), LibraryError> {
-    cache::scene_from(&read(path)?).map_err(|error| LibraryError::NoSceneFile { path: path.to_owned(), error })
+pub fn scene_at(path: &Path) -> Result<(Arc<Scene>, ContentHash), Fault> {
+    cache::scene_from(&read(path)?).map_err(Fault::at(path, "no scene"))
 }
 
 #[cfg(test)]

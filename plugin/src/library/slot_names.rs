@@ -1,7 +1,7 @@
 //! Slots of the library by the names of their files, for hosts that show parameters as text.
 
 use crate::library;
-use crate::parameter::SLOTS;
+use crate::parameter::row::{SLOTS, SlotKind};
 use crate::worker::lock::lock;
 use std::collections::HashSet;
 use std::path::Path;
@@ -11,15 +11,6 @@ use std::time::{Duration, Instant};
 /// The folders are looked through again after this; hosts ask for the text of every point of automation.
 const KEPT: Duration = Duration::from_secs(2);
 
-/// What a slot holds.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Kind {
-    /// A scene.
-    Scene,
-    /// A camera path.
-    Walk,
-}
-
 /// Texts of one kind of slot with when they were made.
 type Known = Option<(Instant, Arc<Vec<String>>)>;
 
@@ -28,28 +19,28 @@ static KNOWN: Mutex<[Known; 2]> = Mutex::new([None, None]);
 
 /// A slot as text: the name of its file, or its number where it is empty.
 #[must_use]
-pub fn text(kind: Kind, slot: i32) -> String {
+pub fn text(kind: SlotKind, slot: i32) -> String {
     let texts = texts(kind);
     usize::try_from(slot).ok().and_then(|slot| texts.get(slot).cloned()).unwrap_or_else(|| slot.to_string())
 }
 
 /// The slot of a text: a name, or a number.
 #[must_use]
-pub fn slot(kind: Kind, text: &str) -> Option<i32> {
+pub fn slot(kind: SlotKind, text: &str) -> Option<i32> {
     let text = text.trim();
     let named = texts(kind).iter().position(|known| known.eq_ignore_ascii_case(text)).and_then(|slot| i32::try_from(slot).ok());
     named.or_else(|| text.parse().ok().filter(|slot| (0..=i32::from(SLOTS)).contains(slot)))
 }
 
-fn texts(kind: Kind) -> Arc<Vec<String>> {
+fn texts(kind: SlotKind) -> Arc<Vec<String>> {
     let mut known = lock(&KNOWN);
     let known = &mut known[kind as usize];
     match known {
         Some((made, texts)) if made.elapsed() < KEPT => Arc::clone(texts),
         _ => {
             let (extensions, own) = match kind {
-                Kind::Scene => (library::SCENES, "Project's scene"),
-                Kind::Walk => (library::WALKS, "Project's path"),
+                SlotKind::Scene => (library::SCENES, "Project's scene"),
+                SlotKind::Walk => (library::WALKS, "Project's path"),
             };
             let files = library::files(&library::folders(), extensions);
             let texts = Arc::new(texts_of(files.iter().map(|file| stem(file)), own));
@@ -90,10 +81,10 @@ mod tests {
 
     #[test]
     fn a_slot_is_set_by_its_number_as_well() {
-        assert_eq!((slot(Kind::Scene, "64"), slot(Kind::Scene, " 0 ")), (Some(64), Some(0)));
-        assert_eq!((slot(Kind::Walk, "65"), slot(Kind::Walk, "-1"), slot(Kind::Walk, "")), (None, None, None));
+        assert_eq!((slot(SlotKind::Scene, "64"), slot(SlotKind::Scene, " 0 ")), (Some(64), Some(0)));
+        assert_eq!((slot(SlotKind::Walk, "65"), slot(SlotKind::Walk, "-1"), slot(SlotKind::Walk, "")), (None, None, None));
         for number in 0..=i32::from(SLOTS) {
-            assert_eq!(slot(Kind::Scene, &text(Kind::Scene, number)), Some(number));
+            assert_eq!(slot(SlotKind::Scene, &text(SlotKind::Scene, number)), Some(number));
         }
     }
 }

@@ -119,7 +119,8 @@ pub(crate) struct HeardPose {
 pub struct Listener<'a> {
     /// The sources besides the group.
     pub sources: Sources,
-    /// The same at the first sample, from which they move there over the block; none where they are so from the beginning.
+    /// The sources besides the group at the first sample, from which they move to `sources` over the block; none where they are
+    /// so from the beginning.
     pub from: Option<Sources>,
     /// Length of the block, seconds.
     pub length_s: f64,

@@ -3,8 +3,12 @@
 //! Source: ADM-OSC specification 1.0 (immersive-audio-live.github.io/ADM-OSC): x to the right, y ahead, z up, normalised;
 //! azimuth in degrees to the left, elevation up, distance normalised.
 
+mod address;
+mod place;
+
+pub(super) use self::address::{Part, address_of, parse};
+use self::place::{cartesian, polar, turned, turned_back};
 use super::packet;
-use super::value::numbers;
 use crate::listener::snapshot::pose_of;
 use crate::parameter::Parameter;
 use crate::parameter::cast::narrow;
@@ -18,106 +22,6 @@ use rosc::{OscBundle, OscMessage, OscPacket, OscTime, OscType};
 
 /// The port at which programs expect answers.
 pub(super) const ANSWER_PORT: u16 = 4002;
-
-/// What an address is about.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Part {
-    /// One of x, y and z.
-    Axis(usize),
-    /// x and y.
-    Xy,
-    /// All three.
-    Xyz,
-    /// One of azimuth, elevation and distance.
-    Polar(usize),
-    /// All three.
-    Aed,
-    /// Linear gain.
-    Gain,
-    /// Whether it is silent.
-    Mute,
-    /// Metres of a distance of 1.
-    Dmax,
-    /// The listener's place.
-    ListenerXyz,
-    /// The listener's yaw, pitch and roll.
-    ListenerYpr,
-    /// Of the specification, without effect here.
-    Ignored,
-}
-
-impl Part {
-    /// Whether it is about an object, not about the listener or everything.
-    pub(super) fn is_of_object(self) -> bool {
-        !matches!(self, Self::ListenerXyz | Self::ListenerYpr | Self::Ignored)
-    }
-}
-
-/// The part that an address asks of an object of that number; `None` for addresses of others.
-pub(super) fn parse(address: &str, object: u32) -> Option<Part> {
-    let after = address.strip_prefix("/adm/")?;
-    if let Some(part) = after.strip_prefix("lis/") {
-        return match part {
-            "xyz" => Some(Part::ListenerXyz),
-            "ypr" => Some(Part::ListenerYpr),
-            _ => None,
-        };
-    }
-    if after == "env/change" {
-        return Some(Part::Ignored);
-    }
-    let (number, part) = after.strip_prefix("obj/")?.split_once('/')?;
-    if !promenade_acoustics::fits(number, &object.to_string(), Some('?')) {
-        return None;
-    }
-    Some(match part {
-        "x" => Part::Axis(0),
-        "y" => Part::Axis(1),
-        "z" => Part::Axis(2),
-        "xy" => Part::Xy,
-        "xyz" => Part::Xyz,
-        "azim" => Part::Polar(0),
-        "elev" => Part::Polar(1),
-        "dist" => Part::Polar(2),
-        "aed" => Part::Aed,
-        "gain" => Part::Gain,
-        "mute" => Part::Mute,
-        "dmax" => Part::Dmax,
-        "w" | "dref" | "name" => Part::Ignored,
-        _ => return None,
-    })
-}
-
-/// An address with the number of one object; of the listener as it is.
-pub(super) fn address_of(address: &str, object: u32) -> String {
-    let part = address.strip_prefix("/adm/obj/").and_then(|after| after.split_once('/'));
-    part.map_or_else(|| address.to_owned(), |(_, part)| format!("/adm/obj/{object}/{part}"))
-}
-
-/// Polar to Cartesian coordinates: specification, section 8.
-fn cartesian([azimuth, elevation, distance]: [f32; 3]) -> Vec3 {
-    let (azimuth, elevation) = (azimuth.to_radians(), elevation.to_radians());
-    let level = distance * elevation.cos();
-    Vec3::new(-level * azimuth.sin(), level * azimuth.cos(), distance * elevation.sin())
-}
-
-/// Cartesian to polar coordinates; nothing is ahead of the origin.
-fn polar(place: Vec3) -> [f32; 3] {
-    let distance = place.length();
-    if distance == 0.0 {
-        return [0.0; 3];
-    }
-    [(-place.x).atan2(place.y).to_degrees(), (place.z / distance).clamp(-1.0, 1.0).asin().to_degrees(), distance]
-}
-
-/// From ahead, left and up to right, ahead and up, and back.
-fn turned(v: Vec3) -> Vec3 {
-    Vec3::new(-v.y, v.x, v.z)
-}
-
-fn turned_back(v: Vec3) -> Vec3 {
-    Vec3::new(v.y, -v.x, v.z)
-}
 
 /// An instance's object, or that of one of its further sources.
 #[derive(Default)]
@@ -212,91 +116,78 @@ impl AdmObject {
         if part == Part::Ignored {
             return Ok(false);
         }
-        let found = numbers(arguments)?;
-        let wanted = match part {
-            Part::Xyz | Part::Aed | Part::ListenerXyz | Part::ListenerYpr => 3,
-            Part::Xy => 2,
-            _ => 1,
-        };
-        if found.len() != wanted {
-            return Err(format!("expected {wanted} values, found {}", found.len()));
-        }
-        if let Some(odd) = found.iter().find(|value| !value.is_finite()) {
-            return Err(format!("expected finite numbers, found {odd}"));
-        }
+        let found = part.values(arguments)?;
         let mut clamped = false;
-        let mut within = |value: f64, least: f32, most: f32| {
+        let mut within = |value: f64, (least, most): (f32, f32)| {
             let value = narrow(value);
             clamped |= !(least..=most).contains(&value);
             value.clamp(least, most)
         };
-        let mut aed = self.aed(values);
-        let mut xyz = cartesian(aed).to_array();
-        let moved = match part {
+        let aed = self.aed(values);
+        match part {
             Part::Axis(_) | Part::Xy | Part::Xyz => {
                 let first = if let Part::Axis(axis) = part { axis } else { 0 };
-                for (axis, value) in (first..).zip(&found) {
-                    xyz[axis] = within(*value, -1.0, 1.0);
+                let mut xyz = cartesian(aed).to_array();
+                for (place, value) in xyz[first..].iter_mut().zip(&found) {
+                    *place = within(*value, (-1.0, 1.0));
                 }
-                Some(polar(xyz.into()))
+                clamped |= self.place(values, polar(xyz.into()));
             }
             Part::Polar(_) | Part::Aed => {
                 const LIMITS: [(f32, f32); 3] = [(-180.0, 180.0), (-90.0, 90.0), (0.0, 1.0)];
                 let first = if let Part::Polar(axis) = part { axis } else { 0 };
-                for (axis, value) in (first..).zip(&found) {
-                    aed[axis] = within(*value, LIMITS[axis].0, LIMITS[axis].1);
+                let mut aed = aed;
+                for ((place, limits), value) in aed.iter_mut().zip(LIMITS).skip(first).zip(&found) {
+                    *place = within(*value, limits);
                 }
-                Some(aed)
+                clamped |= self.place(values, aed);
             }
-            _ => None,
-        };
-        if let Some(aed) = moved {
-            return Ok(self.place(values, aed) || clamped);
-        }
-        let level = level_of(self.source);
-        match part {
-            Part::Gain => {
-                let (least, most) = level.limits();
-                let gain_db = 20.0 * narrow(found[0]).max(0.0).log10();
-                clamped |= gain_db > most || found[0] < 0.0;
-                let gain_db = gain_db.clamp(least, most);
-                match &mut self.muted {
-                    Some(later) => *later = gain_db,
-                    None => drop(values.set(level, gain_db)),
-                }
-            }
-            Part::Mute if found[0] != 0.0 => {
-                self.muted.get_or_insert_with(|| values.params.heard(level));
-                values.set(level, level.limits().0);
-            }
-            Part::Mute => {
-                if let Some(gain_db) = self.muted.take() {
-                    values.set(level, gain_db);
-                }
-            }
+            Part::Gain => clamped = self.set_gain(values, found[0]),
+            Part::Mute => self.mute(values, found[0] != 0.0),
             Part::Dmax => {
                 // The place as it is told stays, and is further away.
-                let aed = self.aed(values);
-                self.metres = Some(within(found[0], METRE_LIMITS.0, METRE_LIMITS.1));
+                self.metres = Some(within(found[0], METRE_LIMITS));
                 clamped |= self.place(values, aed);
             }
             Part::ListenerXyz => {
-                let [x, y, z] = [found[0], found[1], found[2]].map(|value| within(value, -1.0, 1.0));
+                let [x, y, z] = [found[0], found[1], found[2]].map(|value| within(value, (-1.0, 1.0)));
                 let world = values.world(Vec3::new(x, y, z), self.metres(values.config));
                 for (parameter, value) in [Parameter::X, Parameter::Y, Parameter::Z].into_iter().zip(world.to_array()) {
                     clamped |= values.set(parameter, value);
                 }
             }
             Part::ListenerYpr => {
-                let [yaw, pitch, roll] = [found[0], found[1], found[2]].map(|value| within(value, -180.0, 180.0));
+                let [yaw, pitch, roll] = [found[0], found[1], found[2]].map(|value| within(value, (-180.0, 180.0)));
                 let yaw = yaw + values.exchange.frame.frame().yaw.to_degrees();
                 values.set(Parameter::Yaw, (yaw + 180.0).rem_euclid(360.0) - 180.0);
                 clamped |= values.set(Parameter::Pitch, pitch);
                 values.set(Parameter::Roll, roll);
             }
-            _ => (),
+            Part::Ignored => (),
         }
         Ok(clamped)
+    }
+
+    /// Sets its level from a linear gain; returns whether that has been clamped. While it is mute, it comes back with it.
+    fn set_gain(&mut self, values: &Values, gain: f64) -> bool {
+        let level = level_of(self.source);
+        let (least, most) = level.limits();
+        let gain_db = 20.0 * narrow(gain).max(0.0).log10();
+        match &mut self.muted {
+            Some(later) => *later = gain_db.clamp(least, most),
+            None => drop(values.set(level, gain_db.clamp(least, most))),
+        }
+        gain_db > most || gain < 0.0
+    }
+
+    fn mute(&mut self, values: &Values, mute: bool) {
+        let level = level_of(self.source);
+        if mute {
+            self.muted.get_or_insert_with(|| values.params.heard(level));
+            values.set(level, level.limits().0);
+        } else if let Some(gain_db) = self.muted.take() {
+            values.set(level, gain_db);
+        }
     }
 
     /// The answer to a message without arguments; none to what has no value here.
@@ -354,6 +245,7 @@ pub(super) fn packet_of(objects: &[AdmObject], values: &Values, pose: &Pose) -> 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::osc::value::numbers;
     use crate::project::scene_frame::SceneFrame;
 
     fn instance() -> (PromenadeParams, Exchange) {

@@ -1,8 +1,12 @@
-//! `docs/osc.md` and `docs/head-tracking.md` say what the code does.
+//! `docs/osc.md`, `docs/parameters.md` and `docs/head-tracking.md` say what the code does.
 
 use super::address::KEYWORDS;
+use crate::export::clap::parameter_id;
 use crate::parameter::Parameter;
+use crate::parameter::choices::Variants;
+use crate::parameter::row::Row;
 use crate::project::osc_config::OscConfig;
+use crate::project::params::PromenadeParams;
 use crate::tracker::axes::AxisMap;
 use crate::tracker::custom::CustomArguments;
 use crate::tracker::format::TrackerFormat;
@@ -68,17 +72,23 @@ fn the_addresses_of_all_formats_are_documented() {
 
 #[test]
 fn the_addresses_of_all_parameters_are_documented() {
-    let lines = Parameter::ALL.map(|parameter| {
-        let (least, most) = parameter.limits();
+    let text = document("parameters.md");
+    let params = PromenadeParams::default();
+    let rows = Parameter::ALL.map(|parameter| {
+        let (Row { id, name, default, .. }, (least, most)) = (parameter.row(), parameter.limits());
         let scale = if parameter.is_share() { 100.0 } else { 1.0 };
         let values = match parameter.variants() {
-            Some((ids, _)) => ids.iter().map(|id| format!("`{id}`")).collect::<Vec<_>>().join(", "),
-            None if parameter.is_switch() => "0 or 1, `off` or `on`".to_owned(),
+            Some(Variants { ids, names, .. }) => {
+                ids.iter().zip(names).map(|(id, name)| format!("`{id}` {name}")).collect::<Vec<_>>().join(", ")
+            }
+            None if parameter.is_switch() => "Off, On".to_owned(),
             None => format!("{} to {} {}", least * scale, most * scale, parameter.unit()).trim_end().to_owned(),
         };
-        format!("| `/promenade/param/{}` | {values} |", parameter.id())
+        let default = params.of(parameter).text(parameter.normalized(*default));
+        format!("| `{id}` | {} | {name} | {values} | {default} | yes | ", parameter_id(parameter))
     });
-    check("osc.md", &lines);
+    let missing = rows.iter().filter(|row| !text.lines().any(|line| line.starts_with(*row))).collect::<Vec<_>>();
+    assert!(missing.is_empty(), "docs/parameters.md lacks {missing:#?}, each with what it does behind it");
 }
 
 #[test]

@@ -307,7 +307,6 @@ impl Interface {
     }
 }
 
-/// What to recentre, if anything: a button sends 0 when it is released.
 /// The file that a message names.
 fn file_of<'a>(arguments: &'a [OscType], source: SocketAddr, kind: &str) -> Result<&'a str, String> {
     let [OscType::String(file)] = arguments else { return Err(format!("expected the name of {kind}")) };
@@ -318,6 +317,7 @@ fn file_of<'a>(arguments: &'a [OscType], source: SocketAddr, kind: &str) -> Resu
     Ok(file)
 }
 
+/// What to recentre, if anything: a button sends 0 when it is released.
 fn recenter(arguments: &[OscType], usual: Recenter) -> Result<Option<Recenter>, String> {
     match arguments {
         [] => Ok(Some(usual)),

@@ -2,6 +2,7 @@
 
 use crate::parameter::Parameter;
 use crate::parameter::cast::narrow;
+use crate::parameter::choices::Variants;
 use rosc::OscType;
 
 /// Arguments as numbers; arrays are opened.
@@ -58,7 +59,7 @@ fn from_text(parameter: Parameter, text: &str) -> Result<f64, String> {
         return Ok(value);
     }
     let same = |known: &&str| known.eq_ignore_ascii_case(text);
-    if let Some((ids, names)) = parameter.variants() {
+    if let Some(Variants { ids, names, .. }) = parameter.variants() {
         let found = ids.iter().position(&same).or_else(|| names.iter().position(&same));
         return found
             .map(|index| index as f64)

@@ -3,56 +3,117 @@
 use nice_plug::prelude::Enum;
 use promenade_core::{Latency, Tier};
 
-/// Declares a choice: for each variant its id and its name.
-macro_rules! choice {
-    ($(#[$meta:meta])* pub enum $choice:ident { $($(#[$doc:meta])* $variant:ident = $id:tt, $name:tt;)* }) => {
-        $(#[$meta])*
-        #[derive(Clone, Copy, Debug, PartialEq, Eq, Enum)]
-        pub enum $choice {
-            $($(#[$doc])* #[id = $id] #[name = $name] $variant,)*
+/// Ids, names and meanings of a choice's variants, in the order of their indices.
+#[derive(Clone, Copy, Debug)]
+pub struct Variants {
+    /// The ids in saved states.
+    pub ids: &'static [&'static str],
+    /// The names that hosts show.
+    pub names: &'static [&'static str],
+    /// What each does.
+    pub help: &'static [&'static str],
+}
+
+/// Declares the choices: for each variant its id, its name, and what it does.
+macro_rules! choices {
+    ($($(#[$meta:meta])* $choice:ident: $type:ident {
+        $($(#[$doc:meta])* $variant:ident = $id:tt, $name:tt, $help:tt;)*
+    })*) => {
+        $(
+            $(#[$meta])*
+            #[derive(Clone, Copy, Debug, PartialEq, Eq, Enum)]
+            pub enum $type {
+                $($(#[$doc])* #[id = $id] #[name = $name] $variant,)*
+            }
+        )*
+
+        /// The parameters that are choices.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+        pub enum Choice {
+            $($(#[$meta])* $choice,)*
+        }
+
+        impl Choice {
+            /// What there is to choose from.
+            #[must_use]
+            pub fn variants(self) -> Variants {
+                match self {
+                    $(Self::$choice => Variants { ids: &[$($id),*], names: &[$($name),*], help: &[$($help),*] },)*
+                }
+            }
         }
     };
 }
 
-choice! {
+choices! {
     /// What moves the listener.
-    pub enum Follow {
+    Follow: Follow {
         /// The position and angle parameters.
-        Off = "off", "Off";
+        Off = "off", "Off", "The listener stays where position and angles say";
         /// The camera path, at the path position parameter.
-        Position = "position", "Path position";
+        Position = "position", "Path position", "The listener is where Position says, along the camera path";
         /// The camera path, at the time of the host's transport.
-        Transport = "transport", "Transport";
+        Transport = "transport", "Transport", "The listener walks the camera path as the host plays";
     }
-}
 
-choice! {
     /// How a head tracker is used.
-    pub enum Tracking {
+    Tracking: Tracking {
         /// Not at all.
-        Off = "off", "Off";
+        Off = "off", "Off", "A head tracker has no effect";
         /// Its orientation turns the head on top of the other sources.
-        Head = "head", "Head";
+        Head = "head", "Head", "The tracker turns the head, on top of position, angles or path";
         /// Its orientation and position are added to the other sources, in the axes of their pose.
-        Pose = "pose", "Head and position";
+        Pose = "pose", "Head and position", "The tracker turns and moves the head, on top of position, angles or path";
         /// It replaces the other sources.
-        Absolute = "absolute", "Absolute";
+        Absolute = "absolute", "Absolute", "The tracker alone says where the head is and looks";
     }
-}
 
-choice! {
     /// Which listener group an instance belongs to.
-    pub enum GroupChoice {
+    Group: GroupChoice {
         /// None: a listener of its own.
-        Off = "off", "Off";
+        Off = "off", "Off", "This instance has a listener of its own";
         /// Group A.
-        A = "a", "A";
+        A = "a", "A", "Shares the listener of the first group";
         /// Group B.
-        B = "b", "B";
+        B = "b", "B", "Shares the listener of the second group";
         /// Group C.
-        C = "c", "C";
+        C = "c", "C", "Shares the listener of the third group";
         /// Group D.
-        D = "d", "D";
+        D = "d", "D", "Shares the listener of the fourth group";
+    }
+
+    /// [`Tier`] as a parameter.
+    Tier: TierChoice {
+        /// [`Tier::Draft`].
+        Draft = "draft", "Draft", "The direct sound and no room: for many tracks, and for setting up";
+        /// [`Tier::Standard`].
+        Standard = "standard", "Standard",
+            "The room as it was worked out beforehand for a table of places: exact there, blended in between";
+        /// [`Tier::High`].
+        High = "high", "High", "The room as a neural network works it out for the very place of the listener";
+        /// [`Tier::Reference`].
+        Reference = "reference", "Reference", "As High, and with all of the published model's filters: the most costly";
+    }
+
+    /// [`Latency`] as a parameter.
+    Latency: LatencyChoice {
+        /// [`Latency::Frame`].
+        Frame = "frame", "Frame", "The least work; for mixing, since hosts make up for it";
+        /// [`Latency::Samples64`].
+        Samples64 = "64", "64 samples",
+            "Direct sound and first reflections without waiting, for playing along; takes about half as much again";
+        /// [`Latency::None`].
+        None = "none", "None", "Nothing is reported and the dry sound comes at once; the room's is a millisecond later";
+    }
+
+    /// Where the scene comes from.
+    Scene: SceneChoice {
+        /// The factory scene of room A.
+        RoomA = "iosr-room-a", "IoSR room A", "A room of the factory, an office";
+        /// The factory scene of room B.
+        RoomB = "iosr-room-b", "IoSR room B", "A room of the factory, a class room";
+        /// The user's library, or the scene saved with the project.
+        Library = "library", "Library", "A file of your own";
     }
 }
 
@@ -64,53 +125,15 @@ impl GroupChoice {
     }
 }
 
-choice! {
-    /// [`Tier`] as a parameter.
-    pub enum TierChoice {
-        /// [`Tier::Draft`].
-        Draft = "draft", "Draft";
-        /// [`Tier::Standard`].
-        Standard = "standard", "Standard";
-        /// [`Tier::High`].
-        High = "high", "High";
-        /// [`Tier::Reference`].
-        Reference = "reference", "Reference";
-    }
-}
-
 impl From<TierChoice> for Tier {
     fn from(choice: TierChoice) -> Self {
         Self::ALL[choice as usize]
     }
 }
 
-choice! {
-    /// [`Latency`] as a parameter.
-    pub enum LatencyChoice {
-        /// [`Latency::Frame`].
-        Frame = "frame", "Frame";
-        /// [`Latency::Samples64`].
-        Samples64 = "64", "64 samples";
-        /// [`Latency::None`].
-        None = "none", "None";
-    }
-}
-
 impl From<LatencyChoice> for Latency {
     fn from(choice: LatencyChoice) -> Self {
         Self::ALL[choice as usize]
-    }
-}
-
-choice! {
-    /// Where the scene comes from.
-    pub enum SceneChoice {
-        /// The factory scene of room A.
-        RoomA = "iosr-room-a", "IoSR room A";
-        /// The factory scene of room B.
-        RoomB = "iosr-room-b", "IoSR room B";
-        /// The user's library, or the scene saved with the project.
-        Library = "library", "Library";
     }
 }
 

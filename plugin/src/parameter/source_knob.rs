@@ -1,5 +1,7 @@
 //! The parameters of further sources, which instances of many sources have beside their own.
 
+use crate::parameter::row::{LEVEL, METRES, Row};
+
 /// The most further sources of an instance.
 pub const MOST_FURTHER: usize = 63;
 /// The further sources of Promenade Many, which has fewer than Promenade Many 64.
@@ -12,9 +14,9 @@ pub const MOST_INPUTS: usize = 1 + MOST_FURTHER;
 pub enum Part {
     /// How far it is along x from the scene's emitter, metres.
     X,
-    /// The same along y.
+    /// How far it is along y from the scene's emitter, metres.
     Y,
-    /// The same along z.
+    /// How far it is along z from the scene's emitter, metres.
     Z,
     /// Its level, dB; the least is silence.
     Level,
@@ -34,23 +36,44 @@ pub struct SourceKnob {
     pub part: Part,
 }
 
-/// Ids and names of the parameters of each source; users count the first input's as 1.
-macro_rules! names {
+/// Rows of the parameters of each source, and the sources' names; users count the first input's as 1.
+macro_rules! sources {
     ($($number:literal)*) => {
-        const IDS: [[&str; Part::ALL.len()]; MOST_FURTHER] =
-            [$([concat!("ex", $number), concat!("ey", $number), concat!("ez", $number), concat!("level", $number)],)*];
-        const NAMES: [[&str; Part::ALL.len()]; MOST_FURTHER] = [$([
-            concat!("Source ", $number, " Offset X"),
-            concat!("Source ", $number, " Offset Y"),
-            concat!("Source ", $number, " Offset Z"),
-            concat!("Source ", $number, " Level"),
+        static ROWS: [[Row; Part::ALL.len()]; MOST_FURTHER] = [$([
+            Row {
+                id: concat!("ex", $number), name: concat!("Source ", $number, " Offset X"), module: concat!("Source ", $number),
+                values: METRES, default: 0.0, label: "x",
+                help: "Moves this source ahead from the place of the scene's source",
+            },
+            Row {
+                id: concat!("ey", $number), name: concat!("Source ", $number, " Offset Y"), module: concat!("Source ", $number),
+                values: METRES, default: in_a_row($number), label: "y",
+                help: "Moves this source to the left from the place of the scene's source",
+            },
+            Row {
+                id: concat!("ez", $number), name: concat!("Source ", $number, " Offset Z"), module: concat!("Source ", $number),
+                values: METRES, default: 0.0, label: "z",
+                help: "Moves this source up from the place of the scene's source",
+            },
+            Row {
+                id: concat!("level", $number), name: concat!("Source ", $number, " Level"), module: concat!("Source ", $number),
+                values: LEVEL, default: 0.0, label: "Level",
+                help: "How loud this source's input is taken; all the way down it is silent",
+            },
         ],)*];
         /// Names of the sources and of their inputs.
         pub const SOURCES: [&str; MOST_FURTHER] = [$(concat!("Source ", $number),)*];
     };
 }
 
-names!(
+/// Where a source of this number stands along y at first, metres: by turns to the left and to the right of the emitter, half a
+/// metre apart.
+const fn in_a_row(number: usize) -> f32 {
+    let side = if number.is_multiple_of(2) { 0.5 } else { -0.5 };
+    side * (number / 2) as f32
+}
+
+sources!(
     2 3 4 5 6 7 8 9 10 11 12 13 14 15 16 17 18 19 20 21 22 23 24 25 26 27 28 29 30 31 32 33 34 35 36 37 38 39 40 41 42 43 44
     45 46 47 48 49 50 51 52 53 54 55 56 57 58 59 60 61 62 63 64
 );
@@ -74,33 +97,10 @@ impl SourceKnob {
         self.further * Part::ALL.len() + self.part as usize
     }
 
-    /// The id in saved states and in addresses of Open Sound Control; it never changes.
+    /// What there is to know about it.
     #[must_use]
-    pub fn id(self) -> &'static str {
-        IDS[self.further][self.part as usize]
-    }
-
-    /// The name that hosts show.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        NAMES[self.further][self.part as usize]
-    }
-
-    /// The name of the source.
-    #[must_use]
-    pub fn source(self) -> &'static str {
-        SOURCES[self.further]
-    }
-
-    /// The plain value of a new instance, in which the sources stand in a row: by turns to the left and to the right of the
-    /// emitter, half a metre apart.
-    #[must_use]
-    pub fn default_value(self) -> f32 {
-        if self.part != Part::Y {
-            return 0.0;
-        }
-        let (steps, side) = (self.further / 2 + 1, if self.further.is_multiple_of(2) { 0.5 } else { -0.5 });
-        side * steps as f32
+    pub(super) fn row(self) -> &'static Row {
+        &ROWS[self.further][self.part as usize]
     }
 }
 
@@ -110,12 +110,12 @@ mod tests {
 
     #[test]
     fn sources_stand_in_a_row_and_are_counted_from_two() {
-        let of = |further, part| SourceKnob { further, part };
-        let row: Vec<_> = (0..4).map(|further| of(further, Part::Y).default_value()).collect();
+        let of = |further, part| SourceKnob { further, part }.row();
+        let row: Vec<_> = (0..4).map(|further| of(further, Part::Y).default).collect();
         assert_eq!(row, [0.5, -0.5, 1.0, -1.0]);
-        assert_eq!((of(0, Part::X).id(), of(14, Part::Level).id()), ("ex2", "level16"));
-        assert_eq!(of(MOST_FURTHER - 1, Part::Z).id(), "ez64");
-        assert_eq!((of(1, Part::Z).name(), of(1, Part::Z).source()), ("Source 3 Offset Z", "Source 3"));
+        assert_eq!((of(0, Part::X).id, of(14, Part::Level).id), ("ex2", "level16"));
+        assert_eq!(of(MOST_FURTHER - 1, Part::Z).id, "ez64");
+        assert_eq!((of(1, Part::Z).name, of(1, Part::Z).module), ("Source 3 Offset Z", SOURCES[1]));
         for (number, knob) in KNOBS.into_iter().enumerate() {
             assert_eq!(knob.number(), number);
         }

@@ -17,7 +17,9 @@ macro_rules! table {
             /// All of them, but for one that holds a value.
             pub const ALL: [Self; [$(stringify!($variant)),*].len()] = [$(Self::$variant),*];
 
-            fn row(self) -> $row {
+            /// What there is to know about it.
+            #[must_use]
+            pub fn row(self) -> $row {
                 match self {
                     $(Self::$variant => $value,)*
                     $(Self::$more(held) => $of_held(held),)?

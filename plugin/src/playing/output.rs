@@ -21,7 +21,7 @@ pub(crate) const LAYOUTS: &[AudioIOLayout] = &[
     layout(1, 16, "Mono to third-order Ambisonics"),
 ];
 
-/// The same of instances with so many further sources: one mono input for each source.
+/// The layouts of instances with so many further sources: one mono input for each source.
 pub(crate) const fn layouts_of_many(further: usize) -> [AudioIOLayout; 4] {
     const PORTS: &[NonZeroU32] = &[NonZeroU32::MIN; MOST_FURTHER];
     const NAMES: &[&str] = &SOURCES;

@@ -2,13 +2,14 @@
 
 use crate::parameter::cast::{narrow, whole};
 use crate::parameter::choices::LatencyChoice;
-use crate::project::walk::{SavedWalk, WalkError};
+use crate::project::walk::SavedWalk;
 use crate::worker::flag::Flag;
 use crate::worker::lock::lock;
 use crossbeam_queue::ArrayQueue;
 use nice_plug::prelude::Enum;
 use promenade_audio::wav::Wav;
 use promenade_audio::{FileError, resample, sound};
+use promenade_fault::Fault;
 use std::path::Path;
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::sync::{Mutex, OnceLock};
@@ -88,7 +89,7 @@ impl Player {
     ///
     /// # Errors
     /// The file cannot be read or holds no camera path.
-    pub fn follow(&self, path: &Path) -> Result<(), WalkError> {
+    pub fn follow(&self, path: &Path) -> Result<(), Fault> {
         let (walk, _) = SavedWalk::from_file(path)?;
         walk.to_walk()?;
         self.walk.get_or_init(|| walk);

@@ -4,11 +4,12 @@
 //! to the host's main thread. So it is handed their places only, where it splits the block, and they reach the parameters here.
 
 use crate::parameter::Parameter;
-use crate::project::params::{PlainValue, PromenadeParams, with_param};
+use crate::project::params::PromenadeParams;
+use crate::project::state::saved_value;
 use crate::worker::lock::try_lock;
 use crate::worker::repaint::Repaint;
 use nice_plug::plugin::ParamValue;
-use nice_plug::prelude::{Param, ParamPtr, Params};
+use nice_plug::prelude::{Param, ParamPtr};
 use nice_plug::util::permit_alloc;
 use std::sync::{Arc, Mutex};
 
@@ -64,9 +65,9 @@ struct Block {
 impl HostValues {
     /// Of an instance with these parameters.
     pub(crate) fn new(params: Arc<PromenadeParams>, repaint: Repaint) -> Self {
-        let all = params.param_map().into_iter();
-        let of = |id: &str, pointer| Known { host_id: host_id(id), parameter: Parameter::of_id(id), pointer };
-        let mut known: Vec<_> = all.map(|(id, pointer, _)| of(&id, pointer)).collect();
+        let of = |p: Parameter| Known { host_id: host_id(p.id()), parameter: Some(p), pointer: params.of(p).as_ptr() };
+        let mut known: Vec<_> = params.parameters().map(of).collect();
+        known.push(Known { host_id: host_id("revision"), parameter: None, pointer: params.revision.as_ptr() });
         known.sort_by_key(|known| known.host_id);
         let block = Mutex::new(Block { changes: Vec::with_capacity(USUAL), ..Block::default() });
         Self { known, params: Some(params), repaint, block }
@@ -81,8 +82,7 @@ impl HostValues {
     pub(crate) fn landed(&self, host_id: u32, share: f32) -> Option<f32> {
         let parameter = self.find(host_id)?.parameter;
         let params = self.params.as_ref()?;
-        let landed = |p| with_param!(params, p, param => param.preview_normalized(param.preview_plain(share)));
-        Some(parameter.map_or(share, landed))
+        Some(parameter.map_or(share, |parameter| params.of(parameter).landed(share)))
     }
 
     /// Has an open editor show that values have changed.
@@ -109,7 +109,7 @@ impl HostValues {
     /// How a parameter is saved in a state when it is set to a share of its range, with its id.
     pub(crate) fn saved(&self, host_id: u32, share: f32) -> Option<(&'static str, ParamValue)> {
         let (parameter, params) = (self.find(host_id)?.parameter?, self.params.as_ref()?);
-        Some((parameter.id(), with_param!(params, parameter, param => param.saved_at(share))))
+        Some((parameter.id(), saved_value(parameter, params.of(parameter).plain_at(share))))
     }
 
     /// Begins a block of so many samples, with its changes in any order: sample, number and change.
@@ -208,7 +208,7 @@ mod tests {
     #[test]
     fn each_change_of_a_block_is_made_at_its_sample() {
         let (params, values, repaint) = instance();
-        let x = || params.x.unmodulated_normalized_value();
+        let x = || params.of(Parameter::X).shares()[0];
         let begun = x();
         let at = |sample, share| (sample, host_id("x"), Change::Value(share));
         values
@@ -231,7 +231,7 @@ mod tests {
         let (params, values, _) = instance();
         values.change(host_id("gain"), Change::Value(0.5));
         values.change(host_id("gain"), Change::Modulation(0.25));
-        let gain = [params.gain.unmodulated_normalized_value(), params.gain.modulated_normalized_value()];
+        let gain = params.of(Parameter::Gain).shares();
         assert!((gain[0] - 0.5).abs() < 1e-6 && (gain[1] - 0.75).abs() < 1e-6, "{gain:?}");
     }
 
@@ -244,7 +244,7 @@ mod tests {
                 let landed = values.landed(id, share);
                 let (name, saved) = values.saved(id, share).unwrap();
                 values.change(id, Change::Value(share));
-                let now = with_param!(params, parameter, param => param.unmodulated_normalized_value());
+                let [now, _] = params.of(parameter).shares();
                 assert_eq!((landed, name), (Some(now), parameter.id()));
                 assert_eq!(format!("{saved:?}"), format!("{:?}", values.saved(id, now).unwrap().1));
             }

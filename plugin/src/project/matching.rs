@@ -21,7 +21,7 @@ impl Matching {
         self.level_cb.zip(scene_cb).map_or(0, |(wanted, own)| wanted.saturating_sub(own).clamp(-MOST_CB, MOST_CB))
     }
 
-    /// The same as a gain; 1 changes nothing.
+    /// The gain that makes a scene of this level as loud as is wanted; 1 changes nothing.
     #[must_use]
     pub fn gain(self, scene_cb: Option<i32>) -> f32 {
         match self.change_cb(scene_cb) {

@@ -4,6 +4,7 @@ pub mod adm_config;
 pub mod exchange;
 pub mod file_wish;
 pub(crate) mod host_values;
+pub(crate) mod hosted;
 pub mod matching;
 pub mod osc_config;
 pub mod params;

@@ -2,11 +2,11 @@
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
+use promenade_core::Head;
 use promenade_core::head::MAX_HEAD_BYTES;
-use promenade_core::{Head, HeadError};
+use promenade_fault::Fault;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
-use thiserror::Error;
 
 /// A head by its content: the project plays it wherever it is opened. Empty, the scene's own head plays.
 ///
@@ -15,20 +15,6 @@ use thiserror::Error;
 #[serde(from = "String", into = "String")]
 pub struct SavedHead {
     content: Option<Arc<str>>,
-}
-
-/// Why the project's head cannot be played.
-#[derive(Debug, Error)]
-pub enum SavedHeadError {
-    /// Longer than any head.
-    #[error("the project's head has {0} characters, expected at most {most}", most = longest())]
-    TooLong(usize),
-    /// Not base64.
-    #[error("the project's head is damaged")]
-    Base64(#[source] base64::DecodeError),
-    /// Not a head.
-    #[error("the project's head cannot be read")]
-    Head(#[source] HeadError),
 }
 
 /// Characters of a head, at most.
@@ -47,13 +33,14 @@ impl SavedHead {
     ///
     /// # Errors
     /// What is kept is too long, damaged, or of a later version.
-    pub fn head(&self) -> Result<Option<Head>, SavedHeadError> {
+    pub fn head(&self) -> Result<Option<Head>, Fault> {
         let Some(content) = &self.content else { return Ok(None) };
         if content.len() > longest() {
-            return Err(SavedHeadError::TooLong(content.len()));
+            let found = format!("{} characters", content.len());
+            return Err(Fault::argument("the project's head", format_args!("at most {}", longest()), found));
         }
-        let bytes = STANDARD.decode(&**content).map_err(SavedHeadError::Base64)?;
-        Head::from_bytes(&bytes).map(Some).map_err(SavedHeadError::Head)
+        let bytes = STANDARD.decode(&**content).map_err(|error| Fault::because("the project's head is damaged", error))?;
+        Head::from_bytes(&bytes).map(Some).map_err(|error| Fault::because("the project's head cannot be read", error))
     }
 
     /// Whether it is another head than the scene's own.
@@ -91,8 +78,7 @@ mod tests {
         assert_eq!(again.head().unwrap().unwrap(), head);
         let none: SavedHead = serde_json::from_str("\"\"").unwrap();
         assert!(!none.is_some() && none.head().unwrap().is_none());
-        let reason =
-            |text: &str| crate::library::error_chain::with_causes(&SavedHead::from(text.to_owned()).head().unwrap_err());
+        let reason = |text: &str| promenade_fault::with_causes(&SavedHead::from(text.to_owned()).head().unwrap_err());
         assert!(reason("????").contains("the project's head is damaged"));
         assert!(reason("AAAA").contains("the project's head cannot be read: head: expected the bytes of one"));
         assert!(reason(&"A".repeat(1 << 20)).contains("expected at most"));

@@ -80,7 +80,7 @@ impl EditorSettings {
         Self { width: (self.width * share).max(LEAST_SIZE.0), height: (self.height * share).max(LEAST_SIZE.1), zoom, ..self }
     }
 
-    /// The same, with nothing that a window cannot be.
+    /// The settings without what no window can be.
     #[must_use]
     pub fn within_reason(self) -> Self {
         let sane =

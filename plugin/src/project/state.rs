@@ -2,6 +2,7 @@
 
 use crate::parameter::Parameter;
 use crate::parameter::cast::index;
+use crate::parameter::choices::Variants;
 use nice_plug::params::persist::{PersistentField, deserialize_field};
 use nice_plug::plugin::{ParamValue, PluginState};
 use serde_json::Value;
@@ -92,7 +93,7 @@ pub fn keep_former_scene(state: &mut PluginState) {
 /// A plain value as a state has it.
 pub(crate) fn saved_value(parameter: Parameter, value: f32) -> ParamValue {
     match parameter.variants() {
-        Some((ids, _)) => ParamValue::String(ids[index(value).min(ids.len() - 1)].to_owned()),
+        Some(Variants { ids, .. }) => ParamValue::String(ids[index(value).min(ids.len() - 1)].to_owned()),
         None if parameter.is_switch() => ParamValue::Bool(value > 0.5),
         #[expect(clippy::cast_possible_truncation, reason = "within the limits of a slot")]
         None if parameter.is_whole() => ParamValue::I32(value as i32),
@@ -180,8 +181,9 @@ mod tests {
     #[test]
     fn every_choice_is_known_as_one() {
         let params = PromenadeParams::default();
-        for (id, param, _) in params.param_map() {
-            assert_eq!(is_choice(&id), matches!(param, ParamPtr::EnumParam(_)), "{id}");
+        for parameter in params.parameters() {
+            let choice = matches!(params.of(parameter).as_ptr(), ParamPtr::EnumParam(_));
+            assert_eq!(is_choice(parameter.id()), choice, "{parameter:?}");
         }
     }
 }

@@ -1,11 +1,11 @@
 //! A camera path as it is kept in files and in projects.
 
-use crate::library::{self, LibraryError};
-use promenade_core::{CameraPath, Keyframe, KeyframeEntry, PathError, Playback};
-use promenade_paths::{ImportOptions, PathFileError};
+use crate::library;
+use promenade_core::{CameraPath, Keyframe, KeyframeEntry, Playback};
+use promenade_fault::Fault;
+use promenade_paths::ImportOptions;
 use serde::{Deserialize, Serialize};
 use std::path::Path;
-use thiserror::Error;
 
 /// A camera path as the project keeps it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -33,23 +33,6 @@ pub struct Walk {
     pub playback: Playback,
 }
 
-/// Why a file or a saved state holds no camera path.
-#[derive(Debug, Error)]
-pub enum WalkError {
-    /// The speed is not finite.
-    #[error("the camera path's speed is {0}, expected a finite number")]
-    Speed(f64),
-    /// The keyframes make no path.
-    #[error(transparent)]
-    Path(#[from] PathError),
-    /// The file cannot be read.
-    #[error(transparent)]
-    Io(#[from] LibraryError),
-    /// The file holds no camera path.
-    #[error(transparent)]
-    File(#[from] PathFileError),
-}
-
 impl Default for SavedWalk {
     fn default() -> Self {
         Self { keyframes: Vec::new(), speed: 1.0, looping: false, slot: 0, name: String::new() }
@@ -61,11 +44,11 @@ impl SavedWalk {
     ///
     /// # Errors
     /// The file cannot be read or holds no camera path.
-    pub fn from_file(path: &Path) -> Result<(Self, Vec<String>), WalkError> {
+    pub fn from_file(path: &Path) -> Result<(Self, Vec<String>), Fault> {
         let name = path.display().to_string();
         let mut beside = |other: &str| library::bytes_of(&path.with_file_name(other));
         let read = library::file::open(path).and_then(|mut file| promenade_paths::bytes_of(&mut file));
-        let bytes = read.map_err(|error| LibraryError::Io { path: path.to_owned(), error })?;
+        let bytes = read.map_err(Fault::read(path))?;
         let imported = promenade_paths::read(&name, &bytes, &ImportOptions::default(), &mut beside)?;
         let name = path.file_stem().map_or_else(String::new, |stem| stem.to_string_lossy().into_owned());
         Ok((Self { name, ..Self::of(imported.path.keyframes()) }, imported.notes))
@@ -81,16 +64,21 @@ impl SavedWalk {
     ///
     /// # Errors
     /// A speed that is not finite, or keyframes that make no path.
-    pub fn to_walk(&self) -> Result<Option<Walk>, WalkError> {
+    pub fn to_walk(&self) -> Result<Option<Walk>, Fault> {
         if !self.speed.is_finite() {
-            return Err(WalkError::Speed(self.speed));
+            return Err(Fault::argument("the camera path's speed", "a finite number", self.speed));
         }
         if self.keyframes.is_empty() {
             return Ok(None);
         }
-        let keyframes =
-            self.keyframes.iter().enumerate().map(|(index, k)| k.to_keyframe(index)).collect::<Result<Vec<_>, _>>()?;
-        let path = CameraPath::new(keyframes)?;
+        let keyframes = self
+            .keyframes
+            .iter()
+            .enumerate()
+            .map(|(index, k)| k.to_keyframe(index))
+            .collect::<Result<_, _>>()
+            .map_err(Fault::of)?;
+        let path = CameraPath::new(keyframes).map_err(Fault::of)?;
         Ok(Some(Walk { path, playback: Playback { speed: self.speed, looping: self.looping } }))
     }
 }
@@ -99,7 +87,7 @@ impl SavedWalk {
 mod tests {
     use super::*;
 
-    fn of(json: &str) -> Result<Option<Walk>, WalkError> {
+    fn of(json: &str) -> Result<Option<Walk>, Fault> {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("walk.json");
         std::fs::write(&path, json).unwrap();
@@ -123,10 +111,11 @@ mod tests {
             (r#"[{"t": 0, "position": [1, 2, 3]}]"#, "ypr"),
             (r#"[{"t": 0, "position": [1, 2, 3], "quat": [0, 0, 0, 0]}]"#, "unit quaternion"),
         ] {
-            let error = crate::library::error_chain::with_causes(&of(json).unwrap_err());
+            let error = promenade_fault::with_causes(&of(json).unwrap_err());
             assert!(error.contains(reason), "{error}");
         }
-        assert!(matches!(SavedWalk::from_file(Path::new("no/such.csv")), Err(WalkError::Io(_))));
+        let error = SavedWalk::from_file(Path::new("no/such.csv")).unwrap_err().to_string();
+        assert_eq!(error, "no/such.csv: cannot be read");
         // A file beside that claims more than any walk has: nothing is read of it.
         let folder = tempfile::tempdir().unwrap();
         let gltf = folder.path().join("walk.gltf");
@@ -145,9 +134,10 @@ mod tests {
         }"#;
         std::fs::write(&gltf, document).unwrap();
         std::fs::File::create(folder.path().join("walk.bin")).unwrap().set_len(2 << 30).unwrap();
-        let error = crate::library::error_chain::with_causes(&SavedWalk::from_file(&gltf).unwrap_err());
+        let error = promenade_fault::with_causes(&SavedWalk::from_file(&gltf).unwrap_err());
         assert!(error.contains("the file has 2147483648 bytes"), "{error}");
         let endless = SavedWalk { speed: f64::INFINITY, ..SavedWalk::default() };
-        assert!(matches!(endless.to_walk(), Err(WalkError::Speed(_))));
+        let error = endless.to_walk().unwrap_err().to_string();
+        assert!(error.contains("speed: expected a finite number"), "{error}");
     }
 }

@@ -19,7 +19,7 @@ table! {
         /// Yaw, pitch and roll in degrees, positive to the left, nose up and right ear down.
         #[default]
         YprDegrees = ("Yaw, pitch, roll in degrees", &[ANGLES]),
-        /// The same in radians.
+        /// Yaw, pitch and roll in radians, positive to the left, nose up and right ear down.
         YprRadians = ("Yaw, pitch, roll in radians", &[Angles(Unit::Radians, SAME)]),
         /// w, x, y, z; x forward, y left, z up.
         QuaternionWxyz = ("Quaternion w, x, y, z", &[Quaternion(SAME)]),

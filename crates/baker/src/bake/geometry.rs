@@ -276,8 +276,6 @@ struct Baked<'a> {
 }
 
 impl LatePart for Baked<'_> {
-    type Error = BakeError;
-
     fn unit(
         &self,
         tail: &mut TailModel,

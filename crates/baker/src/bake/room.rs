@@ -161,7 +161,7 @@ impl Room {
     ) -> Result<(Self, Vec<ResponseParts>), BakeError> {
         let analyser = Analyser::new(*grid);
         let bands = Bands::for_rate(grid.sample_rate_hz);
-        let silent = |r: &Response| BakeError::unmeasurable(format!("response '{}'", r.name), "an ear is silent");
+        let silent = |r: &Response| crate::error::unmeasurable(&format!("response '{}'", r.name), "an ear is silent");
         let mut directs = Vec::new();
         for r in measured {
             directs.push(Direct::of([&r.left, &r.right], None, grid, &analyser).ok_or_else(|| silent(r))?);

@@ -151,7 +151,7 @@ impl Listening<'_> {
 /// For `map_err`: the response of a name has no cues.
 fn named(name: &str) -> impl Fn(MetricError) -> BakeError {
     let name = name.to_owned();
-    move |why| BakeError::unmeasurable(format!("response '{name}'"), why)
+    move |why| crate::error::unmeasurable(&format!("response '{name}'"), why)
 }
 
 /// Something that is heard in the place of a measurement.

@@ -19,7 +19,7 @@ pub fn compare_held_out(scene: &Arc<Scene>, response_s: f64) -> Result<Vec<Compa
     let one = |held: &HeldOut| {
         let [left, right] = render_response(scene, held.pose, lead, len)?;
         let rendered = response_measures(&left, &right, rate)
-            .map_err(|why| BakeError::unmeasurable(format!("held-out pose {}", held.name), why))?;
+            .map_err(|why| crate::error::unmeasurable(&format!("held-out pose {}", held.name), why))?;
         let levels_db = (!held.levels_db.is_empty()).then(|| response_levels_db(&left, &right, rate));
         let levels_db = [held.levels_db.clone(), levels_db.unwrap_or_default()];
         Ok(Comparison { name: held.name.clone(), measured: held.measured, rendered, levels_db })

@@ -125,7 +125,7 @@ pub fn compare_streams(
             if let (Some(clips), Some(wanted)) = (&clips, &wanted) {
                 let distance = Distance::between(&clips.cut(&ears), wanted, &grid);
                 let what = || format!("stream '{}' at pose {number}", stream.name);
-                distances.push(distance.map_err(|why| BakeError::unmeasurable(what(), why))?);
+                distances.push(distance.map_err(|why| crate::error::unmeasurable(&what(), why))?);
             }
             progress((number as f64 + (index + 1) as f64 / count) / poses.len() as f64);
         }

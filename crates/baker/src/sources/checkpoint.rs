@@ -88,7 +88,11 @@ pub fn import(checkpoint: &Path, anchors: Option<&Path>, options: &ImportOptions
                 "max_norm (25 in published training, but 23.6032 for scene 6 and 183.2170 for scenes 12 and 13)".to_owned(),
             );
         }
-        return Err(BakeError::Incomplete { path: checkpoint.to_path_buf(), missing });
+        return Err(BakeError::new(format!(
+            "{}: the file does not hold all that is needed; give also {}",
+            checkpoint.display(),
+            missing.join(" and ")
+        )));
     };
     if replaced {
         notes.push("the anchors are those of the file given, not those beside the weights".to_owned());
@@ -117,7 +121,7 @@ pub fn import(checkpoint: &Path, anchors: Option<&Path>, options: &ImportOptions
         features: anchors.features.clone(),
         weights,
     };
-    let model = CloudModel::new(parts).map_err(|source| BakeError::Cloud { path: checkpoint.to_path_buf(), source })?;
+    let model = CloudModel::new(parts).map_err(BakeError::at(checkpoint, "no anchor-cloud model"))?;
     Ok(Imported { model, grid, notes })
 }
 

@@ -112,7 +112,7 @@ impl Reconstruction {
     /// # Errors
     /// An option out of range, an origin by cameras where there are none, or cameras that were held in all directions.
     pub fn place(&self, options: &PlacementOptions, notes: &mut Vec<String>) -> Result<Placement, BakeError> {
-        Ok(promenade_paths::colmap::placement("cameras", &self.cameras, options, notes)?)
+        promenade_paths::colmap::placement("cameras", &self.cameras, options, notes)
     }
 
     /// Metres of a unit where two places are known to be `metres` apart.

@@ -1,6 +1,7 @@
 //! Arguments of `promenade eval`.
 
 use super::capture::HoldOutArgs;
+use super::study::FigureFiles;
 use super::values::parse_tier;
 use clap::{Args, ValueEnum};
 use promenade_player::Playing;
@@ -40,15 +41,8 @@ pub(crate) struct EvalArgs {
     /// Judge by the clips of this emitter alone
     #[arg(long, value_name = "NAME")]
     pub(crate) emitter: Option<String>,
-    /// Write all figures, clip by clip
-    #[arg(long, value_name = "FILE")]
-    pub(crate) json: Option<PathBuf>,
-    /// Write the tables as Markdown
-    #[arg(long, value_name = "FILE")]
-    pub(crate) markdown: Option<PathBuf>,
-    /// Write a box plot (SVG) for each figure
-    #[arg(long, value_name = "FOLDER")]
-    pub(crate) plots: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) files: FigureFiles,
     /// Write what was recorded and what was rendered (WAV), for other metrics and for ears
     #[arg(long, value_name = "FOLDER")]
     pub(crate) wavs: Option<PathBuf>,

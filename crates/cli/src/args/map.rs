@@ -4,6 +4,7 @@ use super::air::AirArgs;
 use super::simulate::RoomArgs;
 use super::values::{parse_pixels, parse_pose, within};
 use clap::{Args, Subcommand, ValueEnum};
+use promenade_acoustics::RayOptions;
 use promenade_core::Pose;
 use std::path::PathBuf;
 
@@ -32,14 +33,8 @@ pub(crate) struct MapArgs {
     /// Rays of the late field [default: 65536, with --camera 8192]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1 << 28))]
     pub(crate) rays: Option<u32>,
-    /// How long rays are followed, seconds
-    #[arg(long, value_name = "S", default_value_t = 2.0, value_parser = within(0.05_f64, 30.0))]
-    pub(crate) length: f64,
-    /// Seed of the rays
-    #[arg(long, default_value_t = 1)]
-    pub(crate) seed: u64,
     #[command(flatten)]
-    pub(crate) air: AirArgs,
+    pub(crate) trace: TraceArgs,
     /// What a camera there sees, coloured by the sound that falls on it, instead of a plan; metres and degrees
     #[arg(long, value_name = "X,Y,Z,YAW,PITCH,ROLL", value_parser = parse_pose, allow_hyphen_values = true)]
     #[arg(conflicts_with_all = ["grid", "height", "margin", "order", "beams"])]
@@ -53,6 +48,27 @@ pub(crate) struct MapArgs {
     /// Picture to write: .png, .exr, or for a plan .svg; may be given more than once
     #[arg(short, long, value_name = "FILE", required = true)]
     pub(crate) output: Vec<PathBuf>,
+}
+
+/// How rays are followed.
+#[derive(Debug, Args)]
+pub(crate) struct TraceArgs {
+    /// How long rays are followed, seconds
+    #[arg(long, value_name = "S", default_value_t = 2.0, value_parser = within(0.05_f64, 30.0))]
+    pub(crate) length: f64,
+    /// Seed of the rays
+    #[arg(long, default_value_t = 1)]
+    pub(crate) seed: u64,
+    #[command(flatten)]
+    pub(crate) air: AirArgs,
+}
+
+impl TraceArgs {
+    /// The options of so many rays.
+    pub(crate) fn options(&self, rays: u32) -> RayOptions<'static> {
+        let air = Some(self.air.air());
+        RayOptions { rays: rays as usize, length_s: self.length, air, seed: self.seed, ..RayOptions::default() }
+    }
 }
 
 #[derive(Debug, Subcommand)]
@@ -110,14 +126,8 @@ pub(crate) struct MixMapArgs {
     /// Rays of the sound
     #[arg(long, value_name = "N", default_value_t = 65_536, value_parser = clap::value_parser!(u32).range(1..=1 << 28))]
     pub(crate) rays: u32,
-    /// How long rays are followed, seconds
-    #[arg(long, value_name = "S", default_value_t = 2.0, value_parser = within(0.05_f64, 30.0))]
-    pub(crate) length: f64,
-    /// Seed of the rays
-    #[arg(long, default_value_t = 1)]
-    pub(crate) seed: u64,
     #[command(flatten)]
-    pub(crate) air: AirArgs,
+    pub(crate) trace: TraceArgs,
     /// Folder to write to: for each strategy and picture samples per pixel as .exr, and as .png to look at
     #[arg(short, long, value_name = "FOLDER")]
     pub(crate) output: PathBuf,

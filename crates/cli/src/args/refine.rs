@@ -12,7 +12,7 @@ use std::path::PathBuf;
 pub(crate) enum MethodArg {
     /// The difference of levels
     Regression,
-    /// The same, with noise added to the network's input
+    /// The difference of levels, with noise added to the network's input
     NoisyRegression,
     /// pi-AVAS's flow: constant noise, the velocity is predicted
     Flow,

@@ -48,6 +48,20 @@ pub(crate) struct StudyServeArgs {
     pub(crate) listen: SocketAddr,
 }
 
+/// Files that figures are written to.
+#[derive(Debug, Args)]
+pub(crate) struct FigureFiles {
+    /// Write all figures, each single one too
+    #[arg(long, value_name = "FILE")]
+    pub(crate) json: Option<PathBuf>,
+    /// Write the tables as Markdown
+    #[arg(long, value_name = "FILE")]
+    pub(crate) markdown: Option<PathBuf>,
+    /// Write a plot (SVG) for each figure into this folder
+    #[arg(long, value_name = "FOLDER")]
+    pub(crate) plots: Option<PathBuf>,
+}
+
 #[derive(Debug, Args)]
 pub(crate) struct StudyReportArgs {
     /// Files of answers, or of preference tables, CSV
@@ -59,13 +73,6 @@ pub(crate) struct StudyReportArgs {
     /// Keep the ratings of persons who do not hear the hidden references
     #[arg(long)]
     pub(crate) keep_all: bool,
-    /// Write all figures
-    #[arg(long, value_name = "FILE")]
-    pub(crate) json: Option<PathBuf>,
-    /// Write the tables as Markdown
-    #[arg(long, value_name = "FILE")]
-    pub(crate) markdown: Option<PathBuf>,
-    /// Write plots into this folder: votes, strengths, ratings
-    #[arg(long, value_name = "FOLDER")]
-    pub(crate) plots: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) files: FigureFiles,
 }

@@ -5,7 +5,7 @@ use crate::args::MapArgs;
 use crate::plot;
 use crate::report;
 use anyhow::{Result, bail};
-use promenade_acoustics::{Intensity, RayOptions, Room, Source};
+use promenade_acoustics::{Intensity, Room, Source};
 use promenade_baker::atomic;
 use promenade_core::Pose;
 use promenade_core::glam::Vec3;
@@ -25,14 +25,7 @@ pub(super) struct View {
 
 /// Makes the pictures.
 pub(super) fn run(args: &MapArgs, room: &Room, source: Source, camera: &Pose) -> Result<()> {
-    let rays = RayOptions {
-        rays: args.rays.unwrap_or(RAYS) as usize,
-        length_s: args.length,
-        air: Some(args.air.air()),
-        seed: args.seed,
-        ..RayOptions::default()
-    };
-    let intensity = Intensity::new(room, source, &rays)?;
+    let intensity = Intensity::new(room, source, &args.trace.options(args.rays.unwrap_or(RAYS)))?;
     let view = View::new(&intensity, camera, args.size, args.fov)?;
     for path in &args.output {
         if super::ending(path) == "exr" {

@@ -5,7 +5,7 @@ use super::exr;
 use crate::args::{MixMapArgs, Strategy};
 use crate::{picture, plot, report, simulate};
 use anyhow::{Context, Result, bail};
-use promenade_acoustics::{Intensity, RayOptions};
+use promenade_acoustics::Intensity;
 use promenade_baker::capture::mean;
 use promenade_baker::{FileError, atomic, resample, sound};
 use promenade_metrics::{
@@ -31,25 +31,11 @@ pub(super) fn run(args: &MixMapArgs) -> Result<()> {
     let mut strategies = args.strategy.clone();
     strategies.sort_by_key(|s| *s as u8);
     strategies.dedup();
-    let mix = sound::read(&args.sound)?;
-    let seconds = mix.frames() as f64 / f64::from(mix.sample_rate_hz);
-    let in_sound = (seconds * args.fps).ceil().max(1.0) as usize;
     let still = args.pictures.len() == 1;
-    if !still && args.pictures.len() > in_sound {
-        let (pictures, path) = (args.pictures.len(), args.sound.display());
-        bail!("{path}: expected sound for {pictures} pictures at {} a second, found {seconds:.2} s", args.fps);
-    }
-    let frames = if still { in_sound } else { args.pictures.len() };
     let first = picture::read(&args.pictures[0])?;
     let size = [first[0].width, first[0].height];
-    if (frames * size[0] * size[1]) as f64 > MOST_PIXELS {
-        bail!("expected at most {MOST_PIXELS:.0} pixels of all pictures together, found {frames} of {} x {}", size[0], size[1]);
-    }
-
-    let mono = resample::signal(&[mean(&mix.channels)], mix.sample_rate_hz, SALIENCY_RATE_HZ)?;
-    let trace = saliency(&mono[0]).with_context(|| args.sound.display().to_string())?;
-    let weights = picture_weights(&trace, args.look_ahead, args.fps, frames);
-
+    let weights = weights_of_sound(args, size)?;
+    let frames = weights.len();
     let sounds = heard(args, size)?;
     std::fs::create_dir_all(&args.output).map_err(FileError::write(&args.output))?;
     let mut spent: Vec<Spent> = strategies.iter().map(|strategy| Spent::none(*strategy)).collect();
@@ -58,18 +44,7 @@ pub(super) fn run(args: &MixMapArgs) -> Result<()> {
     let bar = report::Bar::new(1.0);
     for (frame, weight) in weights.iter().enumerate() {
         if frame > 0 && !still {
-            let path = &args.pictures[frame];
-            let next = picture::read(path)?;
-            if [next[0].width, next[0].height] != size {
-                let [width, height] = size;
-                bail!(
-                    "{}: expected {width} x {height} pixels as the first, found {} x {}",
-                    path.display(),
-                    next[0].width,
-                    next[0].height
-                );
-            }
-            seen = picture_saliency(next.each_ref());
+            seen = seen_in(&args.pictures[frame], size)?;
         }
         for spent in &mut spent {
             let map = match spent.strategy {
@@ -104,17 +79,39 @@ pub(super) fn run(args: &MixMapArgs) -> Result<()> {
     report::print(&format!("{}{frames} pictures, weight of the sound {low:.2} to {high:.2}\n", report::table(&rows, false)))
 }
 
+/// How much the sound weighs against each picture.
+fn weights_of_sound(args: &MixMapArgs, size: [usize; 2]) -> Result<Vec<f64>> {
+    let mix = sound::read(&args.sound)?;
+    let seconds = mix.frames() as f64 / f64::from(mix.sample_rate_hz);
+    let in_sound = (seconds * args.fps).ceil().max(1.0) as usize;
+    let pictures = args.pictures.len();
+    if pictures > in_sound {
+        let path = args.sound.display();
+        bail!("{path}: expected sound for {pictures} pictures at {} a second, found {seconds:.2} s", args.fps);
+    }
+    let frames = if pictures == 1 { in_sound } else { pictures };
+    if (frames * size[0] * size[1]) as f64 > MOST_PIXELS {
+        bail!("expected at most {MOST_PIXELS:.0} pixels of all pictures together, found {frames} of {} x {}", size[0], size[1]);
+    }
+    let mono = resample::signal(&[mean(&mix.channels)], mix.sample_rate_hz, SALIENCY_RATE_HZ)?;
+    let trace = saliency(&mono[0]).with_context(|| args.sound.display().to_string())?;
+    Ok(picture_weights(&trace, args.look_ahead, args.fps, frames))
+}
+
+/// How salient each pixel of a further picture is.
+fn seen_in(path: &Path, [width, height]: [usize; 2]) -> Result<Plane> {
+    let next = picture::read(path)?;
+    let found = [next[0].width, next[0].height];
+    if found != [width, height] {
+        bail!("{}: expected {width} x {height} pixels as the first, found {} x {}", path.display(), found[0], found[1]);
+    }
+    Ok(picture_saliency(next.each_ref()))
+}
+
 /// How loud each pixel is.
 fn heard(args: &MixMapArgs, size: [usize; 2]) -> Result<Plane> {
     let (_, room, _) = simulate::room(&args.room)?;
-    let rays = RayOptions {
-        rays: args.rays as usize,
-        length_s: args.length,
-        air: Some(args.air.air()),
-        seed: args.seed,
-        ..RayOptions::default()
-    };
-    let intensity = Intensity::new(&room, simulate::source(&args.room)?, &rays)?;
+    let intensity = Intensity::new(&room, simulate::source(&args.room)?, &args.trace.options(args.rays))?;
     let view = View::new(&intensity, &args.camera, size, args.fov)?;
     if !view.level_db.iter().any(|level| level.is_finite()) {
         bail!("--camera: no sound falls on anything that it sees");

@@ -1,6 +1,6 @@
 //! A simulated room as it is heard at places of recordings.
 
-use super::{room, source, within};
+use super::room::{room, source, within};
 use crate::args::{RoomArgs, SimulationArgs, SizeScattering};
 use anyhow::{Context, Result};
 use promenade_acoustics::{Mesh, Room, Source};

@@ -1,12 +1,13 @@
 //! `promenade simulate ROOM -o SCENE.promenade` and `simulate box ... -o SCENE.promenade`: scenes of image sources.
 
+use super::boxed::{after_eyring, walls};
+use super::head_of;
 use crate::args::{AirArgs, RoomArgs, RunArgs, SimulateBoxArgs, SimulateMeshArgs, SizeScattering};
 use crate::{report, scene};
-use anyhow::{Context, Result, bail};
+use anyhow::{Result, bail};
 use promenade_acoustics::{Mesh, Room, Source};
 use promenade_baker::geometry::{GeometryOptions, bake_geometry, scene_head};
-use promenade_baker::simulation::{Hrtf, scene_spacing_m};
-use promenade_baker::{LoadOptions, Responses};
+use promenade_baker::simulation::scene_spacing_m;
 use promenade_core::Scene;
 use promenade_core::glam::Vec3;
 use promenade_room::{PLAYED_IMAGES, SceneOptions, ShoeboxRoom};
@@ -29,7 +30,7 @@ pub(super) fn write(
             args.output.display()
         );
     }
-    let (_, hrtf) = super::head(args, run)?;
+    let (_, hrtf) = head_of(run, args.rate, [args.credit.as_ref(), args.licence.as_ref()])?;
     let options = GeometryOptions {
         images: args.images as usize,
         head_turns: args.head_turns as usize,
@@ -60,10 +61,8 @@ pub(super) fn write_box(args: &SimulateBoxArgs) -> Result<()> {
     if run.part.is_some() || run.path.is_some() || run.poses.is_some() || run.length.is_some() || !args.clips.dry.is_empty() {
         bail!("{}: expected no --path, --poses, --length, --part or --dry for a scene", args.output.display());
     }
-    let set = Responses::load(&run.head, &LoadOptions::default())?;
-    let hrtf = Hrtf::new(&set, args.rate.unwrap_or(SCENE_HZ));
-    let hrtf = hrtf.with_context(|| format!("{}: makes no HRTF", run.head.display()))?;
-    let walls = super::walls(args);
+    let (_, hrtf) = head_of(run, args.rate.unwrap_or(SCENE_HZ), [None; 2])?;
+    let walls = walls(args);
     let [x, y, z] = args.size.to_array();
     let names: Vec<&str> = walls.materials.iter().map(|m| m.name.as_str()).collect();
     let names = match &args.materials {
@@ -90,7 +89,7 @@ pub(super) fn write_box(args: &SimulateBoxArgs) -> Result<()> {
     };
     let room = ShoeboxRoom { walls, corner: Vec3::ZERO, emitter: args.emitter };
     let made = room.scene(&scene_head(&hrtf)?, &options)?;
-    super::after_eyring(&room.walls, args.air.air());
+    after_eyring(&room.walls, args.air.air());
     written(&args.output, &made, began)
 }
 

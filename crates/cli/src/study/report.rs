@@ -4,7 +4,7 @@ use crate::args::StudyReportArgs;
 use crate::plot::{self, Interval};
 use crate::report;
 use anyhow::{Result, bail};
-use promenade_baker::{FileError, atomic};
+use promenade_baker::atomic;
 use promenade_study::{Abx, Answers, Paired, PairedItem, Ratings, abx, groups, paired, ratings, read};
 use serde_json::{Value, json};
 use std::path::Path;
@@ -42,17 +42,7 @@ pub(super) fn run(args: &StudyReportArgs) -> Result<()> {
             report::note(format_args!("{count} of the answers {what}"));
         }
     }
-    if let Some(file) = &args.json {
-        atomic::write(file, format!("{:#}\n", found.json()).as_bytes())?;
-    }
-    if let Some(file) = &args.markdown {
-        atomic::write(file, found.text(true).as_bytes())?;
-    }
-    if let Some(folder) = &args.plots {
-        std::fs::create_dir_all(folder).map_err(FileError::write(folder))?;
-        found.plots(folder)?;
-    }
-    report::print(&found.text(false))
+    report::figures(&args.files, &found.json(), |markdown| found.text(markdown), |folder| found.plots(folder))
 }
 
 fn chance(p: f64) -> String {

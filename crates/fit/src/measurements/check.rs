@@ -37,20 +37,20 @@ impl Measurements {
                 let far = place.at_m.iter().any(|c| !c.is_finite() || c.abs() > FARTHEST_M);
                 if far {
                     let expected = format!("its {what} within {FARTHEST_M} m of the origin, in metres");
-                    return Err(FitError::measurement(&one.name, expected, format!("{:?}", place.at_m)));
+                    return Err(crate::error::measurement(&one.name, expected, format!("{:?}", place.at_m)));
                 }
                 if !(0.0..=10.0).contains(&place.sd_m) {
-                    return Err(FitError::measurement(&one.name, "an uncertainty of 0 to 10 m", place.sd_m));
+                    return Err(crate::error::measurement(&one.name, "an uncertainty of 0 to 10 m", place.sd_m));
                 }
             }
             if one.distance_m() < 1e-3 {
-                return Err(FitError::measurement(&one.name, "a microphone away from the source", "both in one place"));
+                return Err(crate::error::measurement(&one.name, "a microphone away from the source", "both in one place"));
             }
             if let Some(bad) = one.samples.iter().find(|v| !v.is_finite()) {
-                return Err(FitError::measurement(&one.name, "finite samples", bad));
+                return Err(crate::error::measurement(&one.name, "finite samples", bad));
             }
             if onset(&one.samples).is_none() {
-                return Err(FitError::measurement(&one.name, "a sound", "silence"));
+                return Err(crate::error::measurement(&one.name, "a sound", "silence"));
             }
         }
         self.note_ends();
@@ -65,7 +65,7 @@ impl Measurements {
             for (what, at) in [("source", one.source.at_m), ("microphone", one.microphone.at_m)] {
                 if (0..3).any(|a| at[a] < low[a] || at[a] > high[a]) {
                     let expected = format!("its {what} in the room from {low:?} to {high:?} m");
-                    return Err(FitError::measurement(&one.name, expected, format!("{at:?}")));
+                    return Err(crate::error::measurement(&one.name, expected, format!("{at:?}")));
                 }
             }
         }

@@ -40,7 +40,7 @@ pub(super) fn measurements(mut of: Recorded, kind: Kind) -> Result<Vec<Measureme
         Kind::Ambix => 1,
     };
     if of.channels.len() < needed {
-        return Err(FitError::measurement(&of.name, format!("at least {needed} channels"), of.channels.len()));
+        return Err(crate::error::measurement(&of.name, format!("at least {needed} channels"), of.channels.len()));
     }
     let one = |name: String, microphone: Place, samples: Vec<f32>| Measurement {
         name,

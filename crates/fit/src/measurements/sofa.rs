@@ -18,7 +18,7 @@ pub(super) fn load(path: &Path, options: &LoadOptions) -> Result<Measurements, F
             recorded.clear();
             match sofa.of_ears(choice, |one| recorded.push(one)) {
                 Ok((about, _)) => (about, true),
-                Err(_) => return Err(no_harmonics.into()),
+                Err(_) => return Err(no_harmonics),
             }
         }
     };

@@ -2,7 +2,7 @@
 //! track.
 
 use super::ClapPlugin;
-use crate::HostError;
+use crate::Fault;
 use crate::mark::{AutomationMark, Colour, Mark, Track};
 use crate::menu::MenuAction;
 use crate::remote_page::RemotePage;
@@ -37,7 +37,7 @@ impl ClapPlugin {
     }
 
     /// Marks a parameter.
-    pub(super) fn show_mark(&mut self, id: u32, mark: &Mark) -> Result<(), HostError> {
+    pub(super) fn show_mark(&mut self, id: u32, mark: &Mark) -> Result<(), Fault> {
         let indication = self.extension::<PluginParamIndication>("marks on parameters")?;
         let handle = self.instance.plugin_handle();
         let text = |text: &str| CString::new(text).unwrap_or_default();
@@ -63,7 +63,7 @@ impl ClapPlugin {
     }
 
     /// Tells the plugin of its track.
-    pub(super) fn tell_track(&mut self, track: Track) -> Result<(), HostError> {
+    pub(super) fn tell_track(&mut self, track: Track) -> Result<(), Fault> {
         let info = self.extension::<PluginTrackInfo>("interest in its track")?;
         self.requests.set_track(track);
         info.changed(&self.instance.plugin_handle());

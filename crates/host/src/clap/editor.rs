@@ -1,7 +1,7 @@
 //! A CLAP plugin's editor inside an X11 window.
 
 use super::ClapPlugin;
-use crate::HostError;
+use crate::Fault;
 use crate::editor::{Editor, EditorSize, EditorStep, Opening};
 use clack_extensions::gui::{GuiApiType, GuiConfiguration, GuiSize, PluginGui, Window};
 
@@ -28,12 +28,12 @@ impl ClapPlugin {
         }
     }
 
-    fn gui(&mut self) -> Result<PluginGui, HostError> {
+    fn gui(&mut self) -> Result<PluginGui, Fault> {
         self.extension::<PluginGui>("editor")
     }
 
     /// Takes the steps from making an editor to showing it.
-    fn show_by(&mut self, gui: PluginGui, Opening { window, scale, steps, pause }: Opening<'_>) -> Result<(), HostError> {
+    fn show_by(&mut self, gui: PluginGui, Opening { window, scale, steps, pause }: Opening<'_>) -> Result<(), Fault> {
         for step in steps {
             pause();
             let handle = self.instance.plugin_handle();
@@ -58,13 +58,13 @@ impl ClapPlugin {
         shown.map_err(|e| self.failed("show its editor", e))
     }
 
-    fn open_gui(&mut self) -> Result<PluginGui, HostError> {
+    fn open_gui(&mut self) -> Result<PluginGui, Fault> {
         if self.editor_open { self.gui() } else { Err(self.failed("use its editor", "it is not open")) }
     }
 }
 
 impl Editor for ClapPlugin {
-    fn open_by(&mut self, opening: Opening<'_>) -> Result<EditorSize, HostError> {
+    fn open_by(&mut self, opening: Opening<'_>) -> Result<EditorSize, Fault> {
         if self.editor_open {
             return Err(self.failed("open its editor", "it is open already"));
         }
@@ -83,7 +83,7 @@ impl Editor for ClapPlugin {
         self.editor_open
     }
 
-    fn size(&mut self) -> Result<EditorSize, HostError> {
+    fn size(&mut self) -> Result<EditorSize, Fault> {
         let gui = self.open_gui()?;
         let size = gui.get_size(&self.instance.plugin_handle());
         size.map(EditorSize::from).ok_or_else(|| self.failed("report its editor's size", "it has none"))
@@ -94,7 +94,7 @@ impl Editor for ClapPlugin {
         gui.is_ok_and(|gui| gui.can_resize(&self.instance.plugin_handle()))
     }
 
-    fn resize(&mut self, size: EditorSize) -> Result<EditorSize, HostError> {
+    fn resize(&mut self, size: EditorSize) -> Result<EditorSize, Fault> {
         let gui = self.open_gui()?;
         let handle = self.instance.plugin_handle();
         let wanted = GuiSize { width: size.width, height: size.height };
@@ -107,24 +107,24 @@ impl Editor for ClapPlugin {
         self.requests.take_resize().map(EditorSize::from)
     }
 
-    fn show(&mut self) -> Result<(), HostError> {
+    fn show(&mut self) -> Result<(), Fault> {
         let gui = self.open_gui()?;
         let done = gui.show(&self.instance.plugin_handle());
         done.map_err(|e| self.failed("show its editor", e))
     }
 
-    fn hide(&mut self) -> Result<(), HostError> {
+    fn hide(&mut self) -> Result<(), Fault> {
         let gui = self.open_gui()?;
         let done = gui.hide(&self.instance.plugin_handle());
         done.map_err(|e| self.failed("hide its editor", e))
     }
 
-    fn close(&mut self) -> Result<(), HostError> {
+    fn close(&mut self) -> Result<(), Fault> {
         self.destroy_editor();
         Ok(())
     }
 
-    fn abandon(&mut self) -> Result<(), HostError> {
+    fn abandon(&mut self) -> Result<(), Fault> {
         self.editor_open = false;
         Ok(())
     }

@@ -2,7 +2,7 @@
 
 use super::handlers::Handlers;
 use crate::backend::{check_channels, check_further, copy_out};
-use crate::{HostError, Setup};
+use crate::{Fault, Setup};
 use clack_extensions::ambisonic::PluginAmbisonic;
 use clack_extensions::audio_ports::{AudioPortFlags, AudioPortInfoBuffer, AudioPortType, PluginAudioPorts};
 use clack_extensions::audio_ports_config::{AudioPortsConfigBuffer, PluginAudioPortsConfig};
@@ -56,7 +56,7 @@ impl Side {
 
 impl Ports {
     /// Selects the layout for a track where the plugin has several, and finds the main ports.
-    pub(crate) fn choose(instance: &mut PluginInstance<Handlers>, plugin: &str, setup: &Setup) -> Result<Self, HostError> {
+    pub(crate) fn choose(instance: &mut PluginInstance<Handlers>, plugin: &str, setup: &Setup) -> Result<Self, Fault> {
         select(instance, setup);
         let inputs = side(instance, true);
         let outputs = side(instance, false);

@@ -1,8 +1,8 @@
 //! What a CLAP library tells a host's browser of its presets.
 
 use super::owned;
-use crate::HostError;
 use crate::preset::{Preset, PresetPlace};
+use crate::{Fault, error};
 use clack_extensions::preset_discovery::prelude::*;
 use clack_host::prelude::{HostError as Refusal, HostInfo, PluginEntry};
 use std::collections::BTreeSet;
@@ -118,8 +118,8 @@ impl MetadataReceiverImpl for PresetReceiver {
 }
 
 /// The presets of a plugin, place by place, and what is wrong with files that are none.
-pub(crate) fn of(entry: &PluginEntry, path: &Path, plugin: &str) -> Result<(Vec<Preset>, Vec<String>), HostError> {
-    let failed = |reason: String| HostError::load(path, format!("its presets cannot be listed: {reason}"));
+pub(crate) fn of(entry: &PluginEntry, path: &Path, plugin: &str) -> Result<(Vec<Preset>, Vec<String>), Fault> {
+    let failed = |reason: String| error::unloaded(path, format!("its presets cannot be listed: {reason}"));
     let info = super::host_info().map_err(|e| failed(e.to_string()))?;
     let Some(factory) = entry.get_factory::<PresetDiscoveryFactory>() else { return Ok(Default::default()) };
     let (mut all, mut wrong) = (Vec::new(), Vec::new());

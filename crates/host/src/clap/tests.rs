@@ -1,7 +1,7 @@
 //! The host against a plugin of this program: one input and output, a sidechain before its main port, a parameter that it moves
 //! by itself, latency, and refusals.
 
-use crate::{Bundle, EditKind, HostError, Instance, Lane, Point, Setup, bounce};
+use crate::{Bundle, EditKind, Fault, Instance, Lane, Point, Setup, bounce};
 use clack_extensions::audio_ports::{
     AudioPortFlags, AudioPortInfo, AudioPortInfoWriter, AudioPortType, PluginAudioPorts, PluginAudioPortsImpl,
 };
@@ -215,6 +215,13 @@ fn mono() -> Instance {
     bundle().open(Setup { inputs: 1, ..Setup::default() }).unwrap()
 }
 
+/// Fails unless something was refused in these words.
+#[track_caller]
+fn says<T>(result: Result<T, Fault>, words: &str) {
+    let error = result.err().expect("it is refused").to_string();
+    assert!(error.contains(words), "{error}");
+}
+
 #[test]
 fn lists_what_there_is_and_skips_holes() {
     let bundle = bundle();
@@ -232,9 +239,9 @@ fn lists_what_there_is_and_skips_holes() {
     assert!((gain.default - 60.0 / 72.0).abs() < 1e-12);
     assert_eq!(odd.from_text(3, "-24 dB").unwrap(), 0.5);
     assert_eq!(odd.text(3, 0.5).unwrap(), "-24.0 dB");
-    assert!(matches!(odd.from_text(3, "loud"), Err(HostError::Value { .. })));
-    assert!(matches!(odd.from_text(3, "lo\0ud"), Err(HostError::Value { .. })));
-    assert!(matches!(odd.save(), Err(HostError::Missing { .. })));
+    says(odd.from_text(3, "loud"), "a value that");
+    says(odd.from_text(3, "lo\0ud"), "a value that");
+    says(odd.save(), "has no");
     assert!(odd.editor().is_err());
 }
 
@@ -245,7 +252,7 @@ fn the_track_is_on_the_main_port_and_one_output_on_both_ears() {
     assert_eq!(left, right);
     assert_eq!(left, [vec![0.0; LATENCY], vec![0.5; 200]].concat());
     // Two channels do not go into one.
-    assert!(matches!(bundle().open(Setup::default()), Err(HostError::Layout { .. })));
+    says(bundle().open(Setup::default()), "expected");
 }
 
 #[test]
@@ -311,13 +318,13 @@ fn what_was_set_is_there_once_it_has_settled() {
 #[test]
 fn refusals_are_errors() {
     let mut odd = mono();
-    assert!(matches!(odd.process(&[&[2.0 * TOO_LOUD; 8]]), Err(HostError::Failed { .. })));
-    assert!(matches!(odd.process(&[&[0.0; 513]]), Err(HostError::Unusable { .. })));
-    assert!(matches!(odd.process(&[&[0.0; 8], &[0.0; 8]]), Err(HostError::Unusable { .. })));
+    says(odd.process(&[&[2.0 * TOO_LOUD; 8]]), "fails to");
+    says(odd.process(&[&[0.0; 513]]), "expected");
+    says(odd.process(&[&[0.0; 8], &[0.0; 8]]), "expected");
     let unlucky = Setup { rate: 12_345.0, inputs: 1, ..Setup::default() };
-    assert!(matches!(odd.restart(unlucky), Err(HostError::Failed { .. })));
+    says(odd.restart(unlucky), "fails to");
     // It is not active any more, and says so until it is.
-    assert!(matches!(odd.process(&[&[0.0; 8]]), Err(HostError::Failed { .. })));
+    says(odd.process(&[&[0.0; 8]]), "fails to");
     odd.restart(Setup { inputs: 1, ..Setup::default() }).unwrap();
     odd.process(&[&[0.0; 8]]).unwrap();
     assert!(bundle().open(unlucky).is_err());
@@ -328,9 +335,9 @@ fn what_is_no_plugin_is_refused() {
     let folder = tempfile::tempdir().unwrap();
     let text = folder.path().join("text.clap");
     std::fs::write(&text, "no library").unwrap();
-    assert!(matches!(Bundle::load(&text), Err(HostError::Load { .. })));
-    assert!(matches!(Bundle::load(&folder.path().join("none.vst3")), Err(HostError::Load { .. })));
+    says(Bundle::load(&text), "cannot be loaded");
+    says(Bundle::load(&folder.path().join("none.vst3")), "cannot be loaded");
     std::fs::create_dir(folder.path().join("empty.vst3")).unwrap();
-    assert!(matches!(Bundle::load(&folder.path().join("empty.vst3")), Err(HostError::Load { .. })));
-    assert!(matches!(Bundle::load(&folder.path().join("text.dll")), Err(HostError::Format { .. })));
+    says(Bundle::load(&folder.path().join("empty.vst3")), "cannot be loaded");
+    says(Bundle::load(&folder.path().join("text.dll")), "ends in .clap or .vst3");
 }

@@ -21,7 +21,7 @@ impl<'a> Rest<'a> {
     fn take(&mut self, count: usize, what: &str) -> Result<&'a [u8], PathFileError> {
         let Some((taken, left)) = self.bytes.split_at_checked(count) else {
             let found = format!("{} bytes to the end", self.bytes.len());
-            return Err(PathFileError::at(self.file, self.place(), format!("{count} bytes of {what}"), found));
+            return Err(PathFileError::entry(self.file, self.place(), format!("{count} bytes of {what}"), found));
         };
         self.bytes = left;
         Ok(taken)
@@ -44,7 +44,7 @@ pub(super) fn read(file: &str, bytes: &[u8]) -> Result<Vec<Image>, PathFileError
     let most = MAX_KEYFRAMES.min(rest.bytes.len() / LEAST_BYTES);
     let Some(count) = usize::try_from(count).ok().filter(|c| *c <= most) else {
         let expected = format!("at most {most} images in {} bytes", bytes.len());
-        return Err(PathFileError::at(file, "byte 0", expected, count.to_string()));
+        return Err(PathFileError::entry(file, "byte 0", expected, count.to_string()));
     };
     let mut images = Vec::with_capacity(count);
     for _ in 0..count {
@@ -56,7 +56,7 @@ pub(super) fn read(file: &str, bytes: &[u8]) -> Result<Vec<Image>, PathFileError
         }
         let camera = u32::from_le_bytes(rest.array("a camera's id")?);
         let end = rest.bytes.iter().position(|b| *b == 0);
-        let end = end.ok_or_else(|| PathFileError::at(file, rest.place(), "a name that ends in a zero byte", "none"))?;
+        let end = end.ok_or_else(|| PathFileError::entry(file, rest.place(), "a name that ends in a zero byte", "none"))?;
         let name = String::from_utf8_lossy(rest.take(end, "a name")?).into_owned();
         rest.take(1, "a name's end")?;
         let points = u64::from_le_bytes(rest.array("the count of points")?);
@@ -66,7 +66,7 @@ pub(super) fn read(file: &str, bytes: &[u8]) -> Result<Vec<Image>, PathFileError
     }
     if !rest.bytes.is_empty() {
         let found = format!("{} bytes more", rest.bytes.len());
-        return Err(PathFileError::at(file, rest.place(), format!("the end after {count} images"), found));
+        return Err(PathFileError::entry(file, rest.place(), format!("the end after {count} images"), found));
     }
     Ok(images)
 }

@@ -43,7 +43,7 @@ fn parse(file: &str, line: u64, text: &str) -> Result<Image, PathFileError> {
     let place = format!("line {line}");
     let wrong = |found| {
         let expected = "IMAGE_ID QW QX QY QZ TX TY TZ CAMERA_ID NAME, and a line of points after each";
-        PathFileError::at(file, place.as_str(), expected, found)
+        PathFileError::entry(file, place.as_str(), expected, found)
     };
     let mut rest = text;
     let mut word = || {

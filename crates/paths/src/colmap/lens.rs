@@ -96,7 +96,7 @@ fn of_text(file: &str, bytes: &[u8]) -> Result<BTreeMap<u32, Lens>, PathFileErro
         if line.is_empty() || line.starts_with('#') {
             continue;
         }
-        let wrong = |expected: &str, found: String| PathFileError::at(file, format!("line {number}"), expected, found);
+        let wrong = |expected: &str, found: String| PathFileError::entry(file, format!("line {number}"), expected, found);
         let words: Vec<&str> = line.split_ascii_whitespace().collect();
         let [id, kind, width, height, numbers @ ..] = &words[..] else {
             return Err(wrong("CAMERA_ID MODEL WIDTH HEIGHT PARAMS", quoted(line)));
@@ -119,7 +119,7 @@ fn of_binary(file: &str, bytes: &[u8]) -> Result<BTreeMap<u32, Lens>, PathFileEr
     let mut rest = Rest { file, length: bytes.len(), bytes };
     let count = u64::from_le_bytes(rest.array("the count of cameras")?);
     if count > MOST {
-        return Err(PathFileError::at(file, "byte 0", format!("at most {MOST} cameras"), count.to_string()));
+        return Err(PathFileError::entry(file, "byte 0", format!("at most {MOST} cameras"), count.to_string()));
     }
     let mut all = BTreeMap::new();
     for _ in 0..count {
@@ -127,7 +127,7 @@ fn of_binary(file: &str, bytes: &[u8]) -> Result<BTreeMap<u32, Lens>, PathFileEr
         let id = u32::from_le_bytes(rest.array("a camera's id")?);
         let number = u32::from_le_bytes(rest.array("a kind of lens")?);
         let kind = usize::try_from(number).ok().filter(|k| *k < KINDS.len());
-        let kind = kind.ok_or_else(|| PathFileError::at(file, place.as_str(), NAMES, format!("number {number}")))?;
+        let kind = kind.ok_or_else(|| PathFileError::entry(file, place.as_str(), NAMES, format!("number {number}")))?;
         let mut size = [0; 2];
         for side in &mut size {
             *side = u64::from_le_bytes(rest.array("a size")?);
@@ -136,7 +136,7 @@ fn of_binary(file: &str, bytes: &[u8]) -> Result<BTreeMap<u32, Lens>, PathFileEr
         for number in &mut numbers {
             *number = f64::from_le_bytes(rest.array("a lens's numbers")?);
         }
-        let lens = Lens::new(kind, size, &numbers).map_err(|found| PathFileError::at(file, place, "a lens", found))?;
+        let lens = Lens::new(kind, size, &numbers).map_err(|found| PathFileError::entry(file, place, "a lens", found))?;
         all.insert(id, lens);
     }
     Ok(all)

@@ -45,7 +45,7 @@ fn several_cameras(file: &str, images: &[Image], numbers: &[u64]) -> Result<(), 
     let (one, other) = (&images[pair[0]].name, &images[pair[1]].name);
     let expected = "the images of one camera, which the option camera chooses";
     let found = format!("the number of {one} again; {}", cameras(images));
-    Err(PathFileError::at(file, format!("image {other}"), expected, found))
+    Err(PathFileError::entry(file, format!("image {other}"), expected, found))
 }
 
 #[cfg(test)]

@@ -10,6 +10,7 @@ use gltf::binary::Glb;
 use gltf::json::Root;
 use percent_encoding::percent_decode_str;
 use std::borrow::Cow;
+use std::fmt::Display;
 
 pub(super) struct Document<'a, 'b> {
     pub(super) file: &'a str,
@@ -29,14 +30,12 @@ impl<'a, 'b> Document<'a, 'b> {
             if length.is_none_or(|l| l < 12) {
                 return Err(PathFileError::content(file, "a GLB file with its header", format!("{} bytes", bytes.len())));
             }
-            let glb = Glb::from_slice(bytes)
-                .map_err(|source| PathFileError::Gltf { file: file.to_owned(), source: Box::new(source) })?;
+            let glb = Glb::from_slice(bytes).map_err(|source| PathFileError::unreadable(file, "glTF file", source))?;
             (glb.json, glb.bin)
         } else {
             (Cow::Borrowed(bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes)), None)
         };
-        let root: Root =
-            serde_json::from_slice(&json).map_err(|source| PathFileError::Json { file: file.to_owned(), source })?;
+        let root: Root = serde_json::from_slice(&json).map_err(PathFileError::json(file))?;
         if !root.asset.version.starts_with("2.") {
             return Err(PathFileError::content(file, "glTF of version 2", format!("version {}", quoted(&root.asset.version))));
         }
@@ -45,13 +44,8 @@ impl<'a, 'b> Document<'a, 'b> {
     }
 
     /// An error that blames a part of the file.
-    pub(super) fn wrong(
-        &self,
-        place: impl Into<String>,
-        expected: impl Into<String>,
-        found: impl Into<String>,
-    ) -> PathFileError {
-        PathFileError::at(self.file, place, expected, found)
+    pub(super) fn wrong(&self, place: impl Display, expected: impl Display, found: impl Display) -> PathFileError {
+        PathFileError::entry(self.file, place, expected, found)
     }
 
     /// The bytes of a buffer, read when they are first asked for.
@@ -93,11 +87,7 @@ impl<'a, 'b> Document<'a, 'b> {
         if elsewhere {
             return Err(self.wrong(place, "the name of a file beside it or below", quoted(uri)));
         }
-        let bytes = (self.beside)(&name).map_err(|source| PathFileError::Buffer {
-            file: self.file.to_owned(),
-            uri: uri.to_owned(),
-            source,
-        })?;
+        let bytes = (self.beside)(&name).map_err(PathFileError::at(self.file, format!("its buffer {uri} cannot be read")))?;
         if bytes.len() as u64 > MAX_FILE_BYTES {
             return Err(self.wrong(place, format!("at most {MAX_FILE_BYTES} bytes"), bytes.len().to_string()));
         }

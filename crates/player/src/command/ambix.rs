@@ -2,6 +2,7 @@
 
 use super::options::Options;
 use super::render::{self, Walk};
+use crate::error::of;
 use crate::{Mix, PlayerError, Source};
 use promenade_audio::FileError;
 use promenade_core::Scene;
@@ -64,7 +65,7 @@ pub(super) fn play(
 
 /// Renders one pair until its sound ends or nobody waits for it.
 fn one(scene: &Scene, options: &Options, walk: &Walk, pair: usize, to: &SyncSender<Block>) -> Result<(), PlayerError> {
-    let scene = scene.ambisonic_pair(pair).map_err(PlayerError::of(&options.files[0]))?;
+    let scene = scene.ambisonic_pair(pair).map_err(of(&options.files[0]))?;
     let source = Source::open(&options.files[1], None)?;
     let mut player = render::player(options, &Arc::new(scene), &source)?;
     let mut write = |ears: [&[f32]; 2]| {

@@ -25,7 +25,7 @@ const IN_FOLDER: [&str; 7] = [
 /// A file that is missing, no regular file or no scene.
 pub fn read_scene(path: &Path) -> Result<Arc<Scene>, PlayerError> {
     let bytes = file::read(path, MAX_SCENE_BYTES as u64).map_err(FileError::read(path))?;
-    let scene = Scene::from_bytes(&bytes).map_err(|source| PlayerError::Scene { path: path.to_path_buf(), source })?;
+    let scene = Scene::from_bytes(&bytes).map_err(|error| PlayerError::unreadable(path, "scene", error))?;
     Ok(Arc::new(scene))
 }
 

@@ -3,6 +3,7 @@
 use super::options::{Options, Place};
 use super::terminal::{self, Bar};
 use super::{ambix, read_path, read_scene};
+use crate::error::of;
 use crate::{Player, PlayerError, Source, Voice, read_head, read_headphones};
 use promenade_audio::FileError;
 use promenade_audio::wav::{Format, WavWriter};
@@ -100,14 +101,14 @@ fn scene(options: &Options) -> Result<Arc<Scene>, PlayerError> {
     if let Some(file) = &options.head {
         let head = read_head(file)?;
         terminal::notes(head.notes());
-        let heard = scene.with_head(&head).map_err(PlayerError::of(&options.files[0]))?;
+        let heard = scene.with_head(&head).map_err(of(&options.files[0]))?;
         scene = Arc::new(heard);
     }
     if let Some(position) = options.emitter {
         let expected = "a scene that was trained with several emitters";
         let moved = scene.with_emitter(position)?;
         let moved = moved.ok_or_else(|| PlayerError::argument("--emitter", expected, "one that holds for its own"));
-        scene = Arc::new(moved.map_err(PlayerError::of(&options.files[0]))?);
+        scene = Arc::new(moved.map_err(of(&options.files[0]))?);
     }
     Ok(scene)
 }
@@ -134,7 +135,7 @@ pub(super) fn player(options: &Options, scene: &Arc<Scene>, source: &Source) -> 
             player.with_decode_rate(rate_hz).with_trim(options.trim)
         })
         .and_then(|player| player.with_voices(voices)?.with_stereo_spread(spread))
-        .map_err(PlayerError::of(&options.files[0]))?;
+        .map_err(of(&options.files[0]))?;
     match &options.headphones {
         Some(file) => Ok(player.with_headphones(&read_headphones(file)?)),
         None => Ok(player),

@@ -10,7 +10,7 @@ const LEAST: f32 = 1e-3;
 pub enum Method {
     /// The difference between measured and simulated levels.
     Regression,
-    /// The same, with noise added to what the network is given, as flows have it.
+    /// The difference between measured and simulated levels, with noise added to what the network is given, as flows have it.
     NoisyRegression,
     /// The flow of pi-AVAS (equations 3 to 6): a path with constant noise, whose velocity is predicted.
     Flow,

@@ -87,7 +87,7 @@ fn trainer(capture: &Capture, settings: TrainSettings) -> Trainer<'_> {
     Trainer::new(capture, &anchors(), settings, Device::flex(), 2).unwrap()
 }
 
-/// The same walk with a second emitter that is heard in half of the clips.
+/// A walk with a second emitter that is heard in half of the clips.
 fn mix() -> Capture {
     let mut capture = capture();
     let track = &mut capture.tracks[0];

@@ -41,7 +41,7 @@ pub(crate) struct Orbit {
     pub(crate) target: Vec3,
     /// Direction from there to the eye about z, radians.
     pub(crate) azimuth: f32,
-    /// The same above the horizon, radians.
+    /// Angle of the eye above the horizon, radians.
     pub(crate) elevation: f32,
     /// Metres from there to the eye.
     pub(crate) distance: f32,

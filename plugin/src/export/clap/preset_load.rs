@@ -5,20 +5,19 @@
 
 use super::{host_extension, state};
 use crate::export::guard::guard;
-use crate::history::presets::{self, PresetError};
+use crate::history::presets;
 use crate::history::user_state::UserState;
-use crate::library::error_chain::with_causes;
 use crate::library::scene_key::SceneKey;
-use crate::library::{self, LibraryError, SCENES};
+use crate::library::{self, SCENES};
 use crate::project::params::PromenadeParams;
 use clap_sys::ext::preset_load::{
     CLAP_EXT_PRESET_LOAD, CLAP_EXT_PRESET_LOAD_COMPAT, clap_host_preset_load, clap_plugin_preset_load,
 };
 use clap_sys::factory::preset_discovery::{CLAP_PRESET_DISCOVERY_LOCATION_FILE, CLAP_PRESET_DISCOVERY_LOCATION_PLUGIN};
 use nice_plug::wrapper::clap::clap_plugin;
+use promenade_fault::{Fault, with_causes};
 use std::ffi::{CStr, CString, c_char};
 use std::path::PathBuf;
-use thiserror::Error;
 
 /// Names of the extension, the present one first.
 pub(super) const IDS: [&CStr; 2] = [CLAP_EXT_PRESET_LOAD, CLAP_EXT_PRESET_LOAD_COMPAT];
@@ -32,19 +31,6 @@ enum Place {
     Plugin(String),
     /// A preset's or a scene's file.
     File(PathBuf),
-}
-
-/// Why a preset is not loaded.
-#[derive(Debug, Error)]
-enum LoadError {
-    #[error("expected a file, or the name of a factory preset, found neither")]
-    Place,
-    #[error(transparent)]
-    Preset(#[from] PresetError),
-    #[error(transparent)]
-    Scene(#[from] LibraryError),
-    #[error("the plugin's state cannot be taken over")]
-    State,
 }
 
 #[expect(unsafe_code, reason = "hosts hand over pointers")]
@@ -61,7 +47,8 @@ unsafe extern "C" fn from_location(
         CLAP_PRESET_DISCOVERY_LOCATION_FILE => text(location).map(|path| Place::File(path.into())),
         _ => None,
     };
-    let loaded = guard(Err(LoadError::State), || load(plugin, &place.ok_or(LoadError::Place)?));
+    let no_place = || Fault::unexpected("a file, or the name of a factory preset", "neither");
+    let loaded = guard(Err(no_state()), || load(plugin, &place.ok_or_else(no_place)?));
     let (host, theirs) = host_extension::<clap_host_preset_load>(plugin, &IDS).unzip();
     match loaded {
         Ok(()) => {
@@ -84,9 +71,13 @@ unsafe extern "C" fn from_location(
     }
 }
 
+fn no_state() -> Fault {
+    Fault::new("the plugin's state cannot be taken over")
+}
+
 /// Restores a preset, or plays a scene from where its makers let the listener begin.
-fn load(plugin: *const clap_plugin, place: &Place) -> Result<(), LoadError> {
-    let mut saved = state::save(plugin).ok_or(LoadError::State)?;
+fn load(plugin: *const clap_plugin, place: &Place) -> Result<(), Fault> {
+    let mut saved = state::save(plugin).ok_or_else(no_state)?;
     let now = UserState::from_saved(saved.clone(), &UserState::of(&PromenadeParams::default()));
     let is_scene = |path: &PathBuf| path.extension().is_some_and(|e| SCENES.iter().any(|scene| e == *scene));
     // Held until the instance has it, so that it is read once.
@@ -104,5 +95,5 @@ fn load(plugin: *const clap_plugin, place: &Place) -> Result<(), LoadError> {
     };
     let restored = wanted.put_into(&mut saved).is_ok() && state::load(plugin, &saved);
     drop(held);
-    restored.then_some(()).ok_or(LoadError::State)
+    restored.then_some(()).ok_or_else(no_state)
 }

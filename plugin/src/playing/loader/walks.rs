@@ -1,14 +1,14 @@
 //! Camera path and paths of sources: the project's own, or a file of the library.
 
-use super::{LoadError, Loader, chooses_a_file};
-use crate::library;
-use crate::library::error_chain::with_causes;
+use super::{Loader, chooses_a_file};
+use crate::library::{self, LoadError};
 use crate::parameter::Parameter;
 use crate::parameter::choices::Follow;
 use crate::project::walk::SavedWalk;
 use crate::worker::lock::lock;
 use nice_plug::prelude::Enum;
 use nice_plug::{nice_error, nice_warn};
+use promenade_fault::with_causes;
 use std::sync::{Arc, Once, Weak};
 
 impl Loader {

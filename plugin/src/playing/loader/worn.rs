@@ -1,9 +1,8 @@
 //! What the listener hears with: a head and headphones.
 
 use super::Loader;
-use crate::library::cache::{self, DrawnRoomError};
+use crate::library::cache;
 use crate::library::drawn_room::DrawnRoom;
-use crate::library::error_chain::with_causes;
 use crate::library::{self, LoadedScene};
 use crate::project::saved_head::SavedHead;
 use crate::project::saved_headphones::SavedHeadphones;
@@ -11,7 +10,7 @@ use crate::worker::lock::lock;
 use nice_plug::nice_error;
 use promenade_core::Scene;
 use promenade_core::headphones::Headphones;
-use promenade_sofa::SofaError;
+use promenade_fault::{Fault, with_causes};
 use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
@@ -88,7 +87,7 @@ impl Loader {
     }
 
     /// The drawn room heard with the project's head, or with the factory's where that cannot be, which is reported.
-    pub(super) fn drawn(&self, room: &DrawnRoom, saved: &SavedHead) -> Result<Arc<Scene>, DrawnRoomError> {
+    pub(super) fn drawn(&self, room: &DrawnRoom, saved: &SavedHead) -> Result<Arc<Scene>, Fault> {
         let (head, report) = match saved.head() {
             Ok(head) => (head, None),
             Err(error) => (None, Some(with_causes(&error))),
@@ -136,7 +135,7 @@ fn headphones_in(path: &Path) -> Result<SavedHeadphones, String> {
 }
 
 /// What is in a file. One that makes the reader fail in another way than it promises is as damaged as any.
-fn read_in<T>(path: &Path, read: fn(&Path) -> Result<T, SofaError>) -> Result<T, String> {
+fn read_in<T>(path: &Path, read: fn(&Path) -> Result<T, Fault>) -> Result<T, String> {
     let damaged = |_| format!("{}: no readable SOFA (HDF5) file", path.display());
     std::panic::catch_unwind(|| read(path)).map_err(damaged)?.map_err(|error| with_causes(&error))
 }

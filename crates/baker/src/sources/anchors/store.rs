@@ -34,7 +34,7 @@ impl AnchorSet {
     /// # Errors
     /// Anchors that make no set, or a file that cannot be written.
     pub fn save(&self, path: &Path) -> Result<(), BakeError> {
-        self.check().map_err(|(what, expected, found)| BakeError::Argument { what, expected, found })?;
+        self.check().map_err(|(what, expected, found)| BakeError::argument(what, expected, found))?;
         let count = self.positions.len();
         let bytes = |values: &mut dyn Iterator<Item = f32>| values.flat_map(f32::to_le_bytes).collect::<Vec<u8>>();
         let positions = bytes(&mut self.positions.iter().flat_map(|p| p.to_array()));
@@ -52,7 +52,7 @@ impl AnchorSet {
         ];
         let metadata = HashMap::from([(KEY.to_owned(), header)]);
         let file = safetensors::serialize(arrays, Some(metadata)).map_err(|e| BakeError::unreadable(path, what, e))?;
-        Ok(atomic::write(path, &file)?)
+        atomic::write(path, &file)
     }
 
     /// The placement that an anchor file states, if it does.

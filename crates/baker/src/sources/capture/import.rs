@@ -140,7 +140,7 @@ pub(super) fn stem(name: &str) -> &str {
 /// A file's channels at another rate.
 pub(super) fn channels(path: &Path, rate_hz: u32) -> Result<Vec<Vec<f32>>, BakeError> {
     let sound = sound::read(path)?;
-    Ok(resample::signal(&sound.channels, sound.sample_rate_hz, rate_hz)?)
+    resample::signal(&sound.channels, sound.sample_rate_hz, rate_hz)
 }
 
 /// The mean of channels of one length.

@@ -54,7 +54,7 @@ pub(super) fn load(path: &Path) -> Result<Capture, BakeError> {
         }
     };
     if !defects.is_empty() {
-        return Err(BakeError::Capture { path: path.to_path_buf(), defects });
+        return Err(BakeError::new(format!("{}: {}", path.display(), defects.join("; "))));
     }
     let (tracks, first_dry): (Vec<Track>, Vec<usize>) = tracks.into_iter().map(|t| (t.track, t.first_dry)).unzip();
     let mut capture = Capture {

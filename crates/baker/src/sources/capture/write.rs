@@ -67,7 +67,7 @@ pub(super) fn write(capture: &Capture, folder: &Path) -> Result<(), BakeError> {
     };
     let path = folder.join(NAME);
     let json = serde_json::to_vec(&manifest).map_err(BakeError::json(&path))?;
-    Ok(atomic::write(&path, &json)?)
+    atomic::write(&path, &json)
 }
 
 /// Puts the emitter into a manifest and leaves all else of its text as it is.
@@ -93,7 +93,7 @@ pub(super) fn write_emitter(path: &Path, emitter: Vec3, replace: bool) -> Result
     if read.emitter != Some(emitter.to_array()) {
         return Err(BakeError::content(path, "a manifest with an emitter", "another"));
     }
-    Ok(atomic::write(path, new.as_bytes())?)
+    atomic::write(path, new.as_bytes())
 }
 
 /// Where in the text of a JSON object the value of one of its own keys is.

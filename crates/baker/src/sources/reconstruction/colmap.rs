@@ -33,7 +33,7 @@ pub(super) fn model(folder: &Path) -> Result<Model, BakeError> {
 pub(super) fn lenses(folder: &Path) -> Result<BTreeMap<u32, colmap::Lens>, BakeError> {
     let images = images(folder)?;
     let path = find(images.parent().unwrap_or(folder), &[""], "cameras")?;
-    Ok(colmap::lenses(&path.display().to_string(), &file::bytes(&path)?)?)
+    colmap::lenses(&path.display().to_string(), &file::bytes(&path)?)
 }
 
 pub(super) fn images(folder: &Path) -> Result<PathBuf, BakeError> {
@@ -50,7 +50,7 @@ fn find(folder: &Path, under: &[&str], stem: &str) -> Result<PathBuf, BakeError>
 
 pub(super) fn cameras(path: &Path) -> Result<Vec<Camera>, BakeError> {
     let name = path.display().to_string();
-    Ok(colmap::images(&name, &file::bytes(path)?)?)
+    colmap::images(&name, &file::bytes(path)?)
 }
 
 /// The points that are good enough.

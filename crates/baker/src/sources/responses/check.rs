@@ -16,7 +16,7 @@ const MAX_DISTANCE_M: f32 = 100.0;
 
 /// Refuses a set that memory should not hold, before it is allocated.
 pub(super) fn size(path: &Path, responses: usize, frames: usize) -> Result<(), BakeError> {
-    Ok(check_size(path, responses, frames)?)
+    check_size(path, responses, frames)
 }
 
 /// Refuses a file whose rate is another than that of the first, which is kept with its rate.

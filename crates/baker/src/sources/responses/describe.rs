@@ -102,5 +102,5 @@ pub fn describe(folder: &Path, options: &Describe) -> Result<Responses, BakeErro
 
 fn write(path: &Path, manifest: &Manifest<'_>) -> Result<(), BakeError> {
     let json = serde_json::to_string_pretty(manifest).map_err(BakeError::json(path))?;
-    Ok(atomic::write(path, (json + "\n").as_bytes())?)
+    atomic::write(path, (json + "\n").as_bytes())
 }

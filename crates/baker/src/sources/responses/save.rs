@@ -40,7 +40,7 @@ impl Manifest {
     pub(crate) fn write(&self, folder: &Path) -> Result<(), BakeError> {
         let path = folder.join(MANIFEST);
         let json = serde_json::to_string_pretty(self).map_err(BakeError::json(&path))?;
-        Ok(atomic::write(&path, (json + "\n").as_bytes())?)
+        atomic::write(&path, (json + "\n").as_bytes())
     }
 }
 

@@ -31,5 +31,5 @@ pub fn directivity(path: &Path) -> Result<Directivity, BakeError> {
     let direction = |(at, energies): &(promenade_core::glam::Vec3, Vec<f64>)| {
         (at.as_dvec3().to_array(), std::array::from_fn(|octave| amplitude(energies, octave)))
     };
-    Ok(Directivity::measured(&read.directions.iter().map(direction).collect::<Vec<_>>())?)
+    Directivity::measured(&read.directions.iter().map(direction).collect::<Vec<_>>())
 }

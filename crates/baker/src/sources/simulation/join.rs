@@ -136,7 +136,7 @@ impl PartFolder {
         };
         let path = self.path.join(PART_FILE);
         let json = serde_json::to_string_pretty(&about).map_err(BakeError::json(&path))?;
-        Ok(atomic::write(&path, (json + "\n").as_bytes())?)
+        atomic::write(&path, (json + "\n").as_bytes())
     }
 }
 
@@ -158,13 +158,11 @@ pub fn join(parts: &[PathBuf], output: &Path) -> Result<usize, BakeError> {
     for (path, (other, _)) in &read_parts {
         if (&other.run, other.of, other.poses) != (&about.run, about.of, about.poses) {
             let expected = format!("a part of {} of the same run as {}", about.of, first.display());
-            return Err(
-                FileError::content(path, expected, format!("part {} of {} of another run", other.part, other.of)).into()
-            );
+            return Err(FileError::content(path, expected, format!("part {} of {} of another run", other.part, other.of)));
         }
         if let Some(twice) = numbers.insert(other.part, path) {
             let expected = format!("each part once, and part {} is {}", other.part, twice.display());
-            return Err(FileError::content(path, expected, "the same part").into());
+            return Err(FileError::content(path, expected, "the same part"));
         }
     }
     let missing: Vec<String> = (1..=about.of).filter(|n| !numbers.contains_key(n)).map(|n| n.to_string()).collect();
@@ -181,7 +179,7 @@ pub fn join(parts: &[PathBuf], output: &Path) -> Result<usize, BakeError> {
         for (about, entry) in about.files.into_iter().zip(manifest.responses) {
             if about.pose >= count || whole.insert(about.pose, (path, about, entry)).is_some() {
                 let expected = format!("poses below {count}, each in one part");
-                return Err(FileError::content(&path.join(PART_FILE), expected, "another").into());
+                return Err(FileError::content(&path.join(PART_FILE), expected, "another"));
             }
         }
         head = head.or(Some((manifest.title, manifest.credit, manifest.licence, manifest.note)));
@@ -228,7 +226,7 @@ impl Written {
         if !path.exists() {
             self.files.push(path.clone());
         }
-        Ok(atomic::write(&path, bytes)?)
+        atomic::write(&path, bytes)
     }
 
     fn keep(&mut self) {
@@ -250,9 +248,9 @@ fn read(folder: &Path) -> Result<(About, Manifest), BakeError> {
     let path = folder.join(PART_FILE);
     if !path.exists() {
         let expected = format!("a complete part of a simulation, with a {PART_FILE}");
-        return Err(FileError::content(folder, expected, "none").into());
+        return Err(FileError::content(folder, expected, "none"));
     }
-    let wrong = |expected: String, found: String| Err(FileError::content(&path, expected, found).into());
+    let wrong = |expected: String, found: String| Err(FileError::content(&path, expected, found));
     let about: About = serde_json::from_slice(&text(folder, PART_FILE)?).map_err(BakeError::json(&path))?;
     if about.version != VERSION {
         return wrong(format!("version {VERSION}"), about.version.to_string());
@@ -262,7 +260,7 @@ fn read(folder: &Path) -> Result<(About, Manifest), BakeError> {
     }
     let manifest = text(folder, MANIFEST)?;
     if hash(&manifest) != about.manifest {
-        return Err(FileError::content(&folder.join(MANIFEST), "the file as it was written", "another content").into());
+        return Err(FileError::content(&folder.join(MANIFEST), "the file as it was written", "another content"));
     }
     let manifest: Manifest = serde_json::from_slice(&manifest).map_err(BakeError::json(&folder.join(MANIFEST)))?;
     let names = |of: &[Entry]| of.iter().map(|e| e.file.clone()).collect::<Vec<_>>();
@@ -280,7 +278,7 @@ fn read(folder: &Path) -> Result<(About, Manifest), BakeError> {
 fn sound(folder: &Path, about: &PartEntry) -> Result<Vec<u8>, BakeError> {
     let bytes = bytes(folder, &about.file, MOST_SOUND)?;
     if hash(&bytes) != about.blake3 {
-        return Err(FileError::content(&folder.join(&about.file), "the file as it was written", "another content").into());
+        return Err(FileError::content(&folder.join(&about.file), "the file as it was written", "another content"));
     }
     Ok(bytes)
 }
@@ -291,7 +289,7 @@ fn text(folder: &Path, name: &str) -> Result<Vec<u8>, BakeError> {
 
 fn bytes(folder: &Path, name: &str, most: u64) -> Result<Vec<u8>, BakeError> {
     let path = folder.join(name);
-    Ok(file::read(&path, most).map_err(FileError::read(&path))?)
+    file::read(&path, most).map_err(FileError::read(&path))
 }
 
 fn hash(bytes: &[u8]) -> String {

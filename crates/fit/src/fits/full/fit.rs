@@ -154,7 +154,7 @@ impl FullFit {
                 (towards, std::array::from_fn(|o| octaves[o + 1].exp() as f32))
             })
             .collect();
-        Ok(Directivity::measured(&directions)?)
+        Directivity::measured(&directions)
     }
 
     /// What these data do not determine, in words: surfaces and in how many bands, and walls that may be elsewhere.

@@ -1,0 +1,109 @@
+//! `promenade simulate ROOM`: a room of a mesh.
+
+use super::room::{room, source, within};
+use super::{Run, head_of, is_there, scene, walk};
+use crate::args::{AirArgs, ClipArgs, RoomArgs, RunArgs, SimulateMeshArgs};
+use crate::report;
+use anyhow::{Result, bail};
+use promenade_acoustics::{LateField, MeshReport};
+use promenade_baker::simulation::{Inside, Simulated, grid, random_inside, simulate_mesh, turned};
+use promenade_core::Pose;
+use std::time::Instant;
+
+/// Share of the directions in which a room has a surface, at least.
+const LEAST_ENCLOSED: f64 = 0.8;
+
+pub(super) fn run(of: &RoomArgs, args: &SimulateMeshArgs, run: &RunArgs, air: AirArgs, clips: &ClipArgs) -> Result<()> {
+    let began = Instant::now();
+    let source = source(of)?;
+    let (mesh, room, size) = room(of)?;
+    if args.output.extension().is_some_and(|e| e == "promenade") {
+        if !clips.dry.is_empty() {
+            bail!("{}: expected --dry for a capture, found a scene to write", args.output.display());
+        }
+        return scene::write(&mesh, &room, &source, of, args, (run, air));
+    }
+    let inside = Inside::new(&mesh, &room, of.source, args.margin)?;
+    let poses = poses(args, run, &inside)?;
+    for pose in poses.iter().filter(|_| size.volume_m3.is_some()) {
+        within("listener", &room, &mesh, pose.position)?;
+    }
+    let (order, beams, rays, rate) = (args.order, args.beams, args.rays, args.rate);
+    let head = head_of(run, rate, [args.credit.as_ref(), args.licence.as_ref()])?;
+    let run = Run { began, args: run, clips, output: &args.output, order, beams, rays, rate, air: air.air(), head };
+    let title = args.title.clone().unwrap_or_else(|| report::file_name(&of.mesh));
+    let part = run.part_folder(&poses, &[&title, &mesh, &room.materials(), &source])?;
+    if part.as_ref().is_some_and(is_there) {
+        return Ok(());
+    }
+    let bar = report::Bar::new(1.0);
+    let done = |share| bar.at(share);
+    let made = simulate_mesh(&mesh, &room, &source, &run.head.1, &poses, &run.options(), done)?;
+    drop(bar);
+    let Simulated { mut responses, late, images, crossover_hz } = made;
+    responses.title = title;
+    responses.notes.push(run.note());
+    responses.notes.extend(crossover_hz.map(|hz| format!("below {hz:.0} Hz by waves")));
+    let output = run.save(&responses, part.as_ref(), &poses)?;
+    let silent = responses.responses.iter().filter(|r| r.left.iter().chain(&r.right).all(|v| *v == 0.0)).count();
+    if silent > 0 {
+        report::note(format_args!(
+            "nothing of the source arrives at {silent} of {} poses: their responses are silent",
+            poses.len()
+        ));
+    }
+    let volume = size.volume_m3.unwrap_or_else(|| room.bounding_volume());
+    let eyring = room.eyring_t60_s(volume, Some(run.air));
+    reverberation(&size, volume, eyring, room.surroundings(source.position)?.enclosed);
+    decay(&late);
+    run.report(output, &responses, images);
+    Ok(())
+}
+
+/// Times of the octaves from 125 Hz to 8 kHz.
+fn times(times: [f64; 7]) -> String {
+    let time = |t: &f64| if t.is_finite() { format!("{t:.2}") } else { "no end".to_owned() };
+    times.iter().map(time).collect::<Vec<_>>().join(", ")
+}
+
+/// Says how long the room rings after Eyring, or that it is too open for that.
+fn reverberation(size: &MeshReport, volume: f64, eyring: [f64; 7], enclosed: f64) {
+    if enclosed < LEAST_ENCLOSED {
+        report::note(format_args!(
+            "{:.0} % of the directions from the source meet no surface: there is no reverberation time after Eyring",
+            100.0 * (1.0 - enclosed)
+        ));
+    } else {
+        let of = if size.volume_m3.is_some() { "" } else { " (of the box about the mesh, which is not closed)" };
+        report::note(format_args!(
+            "{volume:.1} m3{of}, {:.1} m2; after Eyring, octaves from 125 Hz to 8 kHz: {} s",
+            size.area_m2,
+            times(eyring)
+        ));
+    }
+}
+
+/// Says how the scattered sound decays, and what of it has left the room.
+fn decay(late: &LateField) {
+    match late.mean_t30_s() {
+        Some(t30) => report::note(format_args!("T30 of the scattered sound: {} s", times(t30))),
+        None => report::note("the scattered sound has no T30: it does not fall by 35 dB along a line within the responses"),
+    }
+    let escaped = late.escaped.iter().fold(0.0, |a: f32, b| a.max(*b));
+    if escaped > 0.01 {
+        report::note(format_args!("{:.0} % of the energy left through openings of the mesh", 100.0 * escaped));
+    }
+}
+
+fn poses(args: &SimulateMeshArgs, run: &RunArgs, inside: &Inside<'_>) -> Result<Vec<Pose>> {
+    if let Some(file) = &run.path {
+        return walk(file, run.poses);
+    }
+    if let Some(spacing) = args.grid {
+        return Ok(turned(&grid(inside, spacing, args.height)?, args.turns.unwrap_or(1) as usize));
+    }
+    if !args.at.is_empty() {
+        return Ok(turned(&args.at, args.turns.unwrap_or(24) as usize));
+    }
+    Ok(random_inside(inside, run.poses.unwrap_or(100) as usize, run.seed)?)
+}

@@ -1,0 +1,121 @@
+//! A mesh with its materials and its source, as the command line states them.
+
+use crate::args::{RoomArgs, SizeScattering};
+use crate::report;
+use anyhow::{Context, Result, bail};
+use promenade_acoustics::{Directivity, Materials, Mesh, MeshReport, Room, SPEED_OF_SOUND_M_S, Source};
+use promenade_baker::simulation::directivity;
+use promenade_core::glam::Vec3;
+use promenade_fit::MaterialsBeside;
+use std::path::{Path, PathBuf};
+
+/// Materials that differ, at most.
+const MOST_MATERIALS: usize = 1000;
+/// Nearer to a surface than this, metres, it is not asked on which side of it a place is.
+const AT_SURFACE_M: f64 = 1e-3;
+/// Distance from surfaces of a place that is proposed, metres.
+const PROPOSED_M: f64 = 0.1;
+
+/// The mesh with its materials, and what it is like; what is odd about it is said.
+pub(crate) fn room(args: &RoomArgs) -> Result<(Mesh, Room, MeshReport)> {
+    let mut mesh = Mesh::load(&args.mesh)?;
+    mesh.scale(args.scale.unwrap_or(1.0));
+    let size = mesh.report();
+    if let (None, Some(odd)) = (args.scale, size.odd_size()) {
+        bail!("{}: {odd}; --scale says what a unit is, and --scale 1 that it is the metre", args.mesh.display());
+    }
+    let mut notes = size.warnings();
+    if let [only] = &mesh.groups[..]
+        && !args.materials.iter().any(|(pattern, _)| pattern == only || pattern == "*")
+    {
+        notes.push(format!("all triangles are of {only:?}: they are sorted into floor, ceiling and wall by where they look"));
+        mesh.group_by_direction();
+    }
+    if args.flatten != Some(0.0)
+        && let Some(done) = mesh.flatten(args.flatten)
+    {
+        notes.push(done.to_string());
+    }
+    report::notes(&notes);
+    let rules = [&args.materials[..], &fitted(&args.mesh)?].concat();
+    let materials = table(&args.material_table)?.assign(&mesh.groups, &rules);
+    let mut materials = materials.with_context(|| format!("{}: its materials cannot be found", args.mesh.display()))?;
+    if args.scattering_by_size == SizeScattering::ChristensenRindel {
+        let [x, y, z] = size.size_m;
+        let free_path = 4.0 * size.volume_m3.unwrap_or(x * y * z) / size.area_m2.max(f64::MIN_POSITIVE);
+        materials = mesh.scatter_by_size(&materials, free_path, SPEED_OF_SOUND_M_S);
+    }
+    let materials = mesh.merge_groups(materials);
+    if materials.len() > MOST_MATERIALS {
+        bail!("{}: expected at most {MOST_MATERIALS} materials that differ, found {}", args.mesh.display(), materials.len());
+    }
+    let room = Room::new(&mesh, &materials).with_context(|| format!("{}: makes no room", args.mesh.display()))?;
+    if size.volume_m3.is_some() {
+        within("--source", &room, &mesh, args.source)?;
+    }
+    Ok((mesh, room, size))
+}
+
+/// The built-in table with those of files before it.
+fn table(files: &[PathBuf]) -> Result<Materials> {
+    let mut table = Materials::default();
+    for file in files {
+        let mut all = vec![file.clone()];
+        if file.is_dir() {
+            let entries = std::fs::read_dir(file).with_context(|| format!("{}: cannot be read", file.display()))?;
+            let entries = entries.map(|entry| Ok(entry?.path())).collect::<Result<Vec<PathBuf>>>()?;
+            all = entries.into_iter().filter(|path| path.extension().is_some_and(|e| e.eq_ignore_ascii_case("csv"))).collect();
+            // Which of two of the same name holds does not depend on the folder's order.
+            all.sort();
+        }
+        let counts = all.iter().map(|path| table.add_table(path)).collect::<Result<Vec<usize>, _>>()?;
+        let count = counts.into_iter().sum::<usize>();
+        if count == 0 {
+            bail!("{}: expected tables that end in .csv, found none", file.display());
+        }
+        report::note(format_args!("{count} materials of {}", report::file_name(file)));
+    }
+    Ok(table)
+}
+
+/// Refuses a place outside of a closed room, where nothing is heard of what is inside.
+pub(super) fn within(what: &str, room: &Room, mesh: &Mesh, at: Vec3) -> Result<()> {
+    let place = at.as_dvec3().to_array();
+    if room.encloses(place)? || room.surroundings(place)?.clearance_m < AT_SURFACE_M {
+        return Ok(());
+    }
+    let written = |[x, y, z]: [f64; 3]| format!("{x:.2},{y:.2},{z:.2}");
+    let [low, high] = mesh.bounds().map(written);
+    let nearest = match room.nearest_inside(place, PROPOSED_M)? {
+        Some(near) => format!("; the nearest place inside is {}", written(near)),
+        None => String::new(),
+    };
+    bail!("{what}: expected a place in the closed room, which lies from {low} to {high} m, found {}{nearest}", written(place));
+}
+
+/// Materials that a fit has left in a file beside the mesh, as rules that come after those of the command line.
+fn fitted(mesh: &Path) -> Result<Vec<(String, String)>> {
+    let beside = mesh.with_extension("materials.json");
+    if !beside.is_file() {
+        return Ok(Vec::new());
+    }
+    let text = std::fs::read_to_string(&beside).with_context(|| format!("{}: cannot be read", beside.display()))?;
+    let found: MaterialsBeside =
+        serde_json::from_str(&text).with_context(|| format!("{}: expected materials by group", beside.display()))?;
+    report::note(format_args!("materials of {} where no rule says otherwise", report::file_name(&beside)));
+    Ok(found.materials.into_iter().collect())
+}
+
+/// The source: where it is, and what it sends where.
+pub(crate) fn source(args: &RoomArgs) -> Result<Source> {
+    let directivity = match args.directivity.to_str().and_then(Directivity::named) {
+        Some(named) => named,
+        None if args.directivity.extension().is_some_and(|e| e.eq_ignore_ascii_case("sofa")) => directivity(&args.directivity)?,
+        None => {
+            let names = Directivity::PATTERNS.map(|(name, _)| name).join(", ");
+            bail!("--directivity: expected {names} or a .sofa file, found {}", args.directivity.display());
+        }
+    };
+    let [yaw, pitch] = args.facing.map(f64::to_radians);
+    Ok(Source { position: args.source.as_dvec3().to_array(), directivity: directivity.turned(yaw, pitch) })
+}

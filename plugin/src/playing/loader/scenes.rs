@@ -1,0 +1,270 @@
+//! Scenes: what the parameters and the project choose, prepared for the audio thread.
+
+use super::{Loader, Prepared, chooses_a_file};
+use crate::library::drawn_room::DrawnRoom;
+use crate::library::factory::{self, FactoryScene};
+use crate::library::scene_key::SceneKey;
+use crate::library::{self, LoadError, LoadedScene, cache, level};
+use crate::parameter::cast::{index, narrow};
+use crate::parameter::choices::{LatencyChoice, SceneChoice};
+use crate::playing::output::{Output, Pairs};
+use crate::playing::shared_worker::SharedWorker;
+use crate::playing::start_pose;
+use crate::project::exchange::Choices;
+use crate::project::matching::Matching;
+use crate::project::saved_head::SavedHead;
+use crate::project::scene_frame::SceneFrame;
+use crate::worker::lock::lock;
+use nice_plug::{nice_error, nice_warn};
+use promenade_core::{Emitters, Latency, Renderer, Scene, Trim};
+use promenade_fault::{Fault, with_causes};
+use std::sync::atomic::Ordering;
+use std::sync::{Arc, Once, Weak};
+
+/// The scene that was loaded last, so that the same request is not served again.
+#[derive(Clone, PartialEq)]
+pub(super) struct SceneRequest {
+    scene: SceneChoice,
+    slot: u32,
+    saved: SceneKey,
+    room: Option<DrawnRoom>,
+    head: SavedHead,
+    matching: Matching,
+    /// Whether there is a second emitter: from the time on that one is first needed.
+    stereo: bool,
+    output: Output,
+    latency: LatencyChoice,
+    sample_rate_bits: u64,
+}
+
+/// A request that was served, and how often the host had restored parts of a state by then.
+pub(super) struct Served {
+    request: SceneRequest,
+    restored: u64,
+    /// Level of the scene that came of it, as [`level::level_cb`] has it.
+    level_cb: Option<i32>,
+}
+
+impl Served {
+    /// Whether what came of it serves another request: the same, or one for a level at which the scene is played already.
+    fn serves(&mut self, other: &SceneRequest) -> bool {
+        let [old, new] = [self.request.matching, other.matching];
+        self.request.matching = new;
+        let serves = self.request == *other && old.gain(self.level_cb) == new.gain(self.level_cb);
+        if !serves {
+            self.request.matching = old;
+        }
+        serves
+    }
+}
+
+/// A scene that was found.
+struct Found {
+    /// As it is heard.
+    scene: Arc<Scene>,
+    /// A remark for the user.
+    note: String,
+    key: SceneKey,
+    /// Its level, as [`level::level_cb`] has it; `None` for a drawn room, which changes while it is heard.
+    level_cb: Option<i32>,
+}
+
+/// What came of a request.
+struct Made {
+    /// As it is heard; `None` where it cannot be.
+    scene: Option<Arc<Scene>>,
+    prepared: Prepared,
+    /// What the user is told; empty where there is nothing to say.
+    report: String,
+    /// Whether there was a file to load.
+    chosen: bool,
+    key: SceneKey,
+    level_cb: Option<i32>,
+}
+
+impl Loader {
+    pub(super) fn refresh_scene(&self) {
+        let mut last = lock(&self.last_scene);
+        loop {
+            let restored = self.params.restores();
+            let (request, restores) = self.scene_request(last.as_ref());
+            if request.sample_rate_bits == 0 || last.as_mut().is_some_and(|last| last.serves(&request)) {
+                return;
+            }
+            let before = self.scene();
+            let made = self.made(&request);
+            // A state that was restored meanwhile wants another scene: begin again.
+            if self.params.scene_key.replace(made.key.clone(), restores) {
+                self.report(&made);
+                if let Some(scene) = &made.scene {
+                    self.exchange.frame.set_frame(SceneFrame::of(scene));
+                    if self.is_chosen(&request, restored, last.as_ref()) {
+                        let before = before.map(|scene| scene.start_pose());
+                        start_pose::begin(&self.params, before.as_ref(), &scene.start_pose());
+                    }
+                    self.exchange.opened.set(false);
+                }
+                let (saved, level_cb) = (made.key.clone(), made.level_cb);
+                self.hand_over(made, &request);
+                *last = Some(Served { request: SceneRequest { saved, ..request }, restored, level_cb });
+                return;
+            }
+        }
+    }
+
+    /// What is asked for now, and how often a host had restored the scene's key by then.
+    fn scene_request(&self, last: Option<&Served>) -> (SceneRequest, u64) {
+        let (saved, restores) = self.params.scene_key.get();
+        let sample_rate_bits = self.sample_rate_bits.load(Ordering::Acquire);
+        let Choices { scene, scene_slot, stereo, latency, .. } = self.choices();
+        let stereo = stereo || last.is_some_and(|last| last.request.stereo);
+        // A factory scene does not depend on the slot.
+        let slot = if scene == SceneChoice::Library { scene_slot } else { 0 };
+        let (head, _) = self.params.head.get();
+        // A drawn room is the project's own scene.
+        let room = self.params.room.get().0.filter(|_| scene == SceneChoice::Library && slot == 0);
+        let output = self.output();
+        let matching = self.params.matching.get().0;
+        let request = SceneRequest { scene, slot, saved, room, head, matching, stereo, output, latency, sample_rate_bits };
+        (request, restores)
+    }
+
+    /// Prepares what is asked for, or the dry sound where that cannot be played.
+    fn made(&self, request: &SceneRequest) -> Made {
+        self.exchange.sources_report.set_text(String::new());
+        let result = self.found(request).and_then(|found| Ok((self.pairs(&found, request)?, found)));
+        let chosen = chooses_a_file(&result);
+        match result {
+            Ok((pairs, Found { scene, note, key, level_cb })) => {
+                Made { scene: Some(scene), prepared: Prepared::Scene(pairs), report: note, chosen, key, level_cb }
+            }
+            Err(error) => {
+                let level_cb = request.saved.level_cb.filter(|_| request.room.is_none());
+                let level_cb = level_cb.map(|level_cb| level_cb + request.matching.change_cb(Some(level_cb)));
+                let prepared = Prepared::Dry(level_cb.map_or(1.0, level::gain_of));
+                let report = with_causes(&error);
+                Made { scene: None, prepared, report, chosen, key: request.saved.clone(), level_cb: None }
+            }
+        }
+    }
+
+    /// What renders the pairs of channels that are asked for.
+    fn pairs(&self, found: &Found, request: &SceneRequest) -> Result<Pairs, LoadError> {
+        let gain = request.matching.gain(found.level_cb);
+        let emitters = |scene: &Arc<Scene>| {
+            let rate_hz = f64::from_bits(request.sample_rate_bits);
+            Ok::<_, LoadError>(self.emitters(scene, rate_hz, request.latency.into(), request.stereo)?.with_level(gain))
+        };
+        match request.output {
+            Output::Binaural => Ok(Pairs::from_iter([emitters(&found.scene)?])),
+            Output::Ambisonic(_) => {
+                let no_field = |error| Fault::because("the track's output is Ambisonic", error);
+                let pair = |pair| emitters(&cache::ambisonic(&found.scene, pair).map_err(no_field)?);
+                (0..request.output.pairs()).map(pair).collect()
+            }
+        }
+    }
+
+    /// Tells the user and the host's log what came of a request.
+    fn report(&self, Made { prepared, report, chosen, .. }: &Made) {
+        static NONE_CHOSEN: Once = Once::new();
+        match prepared {
+            // Hosts activate several times in a row: it has been said.
+            _ if self.exchange.scene_report.text() == *report => (),
+            Prepared::Dry(_) if !chosen => NONE_CHOSEN.call_once(|| nice_warn!("{report}")),
+            Prepared::Dry(_) => nice_error!("{report}"),
+            Prepared::Scene(_) if !report.is_empty() => nice_warn!("{report}"),
+            Prepared::Scene(_) => (),
+        }
+        self.exchange.scene_report.set_text(report.clone());
+    }
+
+    /// Gives the audio thread and the editor what came of a request.
+    fn hand_over(&self, Made { scene, prepared, level_cb, .. }: Made, request: &SceneRequest) {
+        let mut current = lock(&self.current);
+        if let (Prepared::Scene(pairs), Some(scene)) = (&prepared, &scene) {
+            let decay = f64::from(scene.tail().longest_t60_s()) * f64::from_bits(request.sample_rate_bits);
+            let first = pairs.first().map(Emitters::first);
+            current.delays =
+                first.map(|first| [first.latency_samples(), first.tail_samples_with(&Trim::NEUTRAL), index(narrow(decay))]);
+        }
+        current.level_cb = level_cb;
+        current.scene = scene.as_ref().map_or_else(Weak::new, Arc::downgrade);
+        current.held = scene.filter(|_| request.output != Output::Binaural);
+        drop(current);
+        drop(self.scenes.force_push(prepared));
+        self.repaint.request_repaint();
+    }
+
+    /// Whether a scene was chosen for itself: by its parameters or as a file, not with a state that says where the listener is.
+    fn is_chosen(&self, request: &SceneRequest, restored: u64, last: Option<&Served>) -> bool {
+        let SceneRequest { scene, slot, saved, room, .. } = request;
+        let chosen = |last: &Served| last.restored == restored && (last.request.scene, last.request.slot) != (*scene, *slot);
+        let by_slot = *slot != 0 && *slot != saved.slot;
+        let is_new = by_slot || last.is_some_and(chosen) || self.exchange.opened.is_on();
+        is_new && room.is_none() && !self.exchange.restoring.is_on()
+    }
+
+    /// What renders a scene.
+    fn emitters(&self, scene: &Arc<Scene>, sample_rate_hz: f64, latency: Latency, stereo: bool) -> Result<Emitters, Fault> {
+        let carriers = cache::carriers(scene, sample_rate_hz, latency).map_err(Fault::of)?;
+        let renderer = |attention| {
+            let renderer =
+                Renderer::with_carriers(Arc::clone(scene), sample_rate_hz, Arc::clone(&carriers)).map_err(Fault::of)?;
+            let no_thread = |error| Fault::because("no thread to decode poses on", error);
+            let decoder = SharedWorker::new(scene, attention).map_err(no_thread)?;
+            Ok::<_, Fault>(match decoder {
+                Some(decoder) => renderer.with_worker(Box::new(decoder)),
+                None => renderer,
+            })
+        };
+        let first = renderer(&self.attention)?;
+        let first = match (self.params.further(), first.takes_further()) {
+            (0, _) => first,
+            (count, Ok(())) => first.with_further(count).map_err(Fault::of)?,
+            (_, Err(error)) => {
+                self.exchange.sources_report.set_text(format!("only the first is heard: {error}"));
+                first
+            }
+        };
+        let emitters = Emitters::from(first);
+        if stereo && scene.emitter().is_some() {
+            // The editor shows what the first one attends to.
+            return Ok(emitters.with_second(renderer(&Arc::default())?));
+        }
+        Ok(emitters)
+    }
+
+    /// The scene that is asked for, heard with the project's head.
+    fn found(&self, request: &SceneRequest) -> Result<Found, LoadError> {
+        let saved = &request.saved;
+        if let Some(room) = &request.room {
+            let scene = self.drawn(room, &request.head)?;
+            return Ok(Found { scene, note: String::new(), key: saved.clone(), level_cb: None });
+        }
+        let mut found = find_scene(request)?;
+        let level_cb = if request.scene == SceneChoice::Library {
+            let known = found.key.level_cb;
+            found.key.level_cb = known.or_else(|| level::level_of(&found.scene, &found.hash));
+            found.key.level_cb
+        } else {
+            level::level_of(&found.scene, &found.hash)
+        };
+        Ok(Found { scene: self.heard(&found, &request.head), note: found.note, key: found.key, level_cb })
+    }
+}
+
+fn find_scene(SceneRequest { scene, slot, saved, .. }: &SceneRequest) -> Result<LoadedScene, LoadError> {
+    match scene {
+        SceneChoice::RoomA => factory_scene(factory::ROOM_A, saved),
+        SceneChoice::RoomB => factory_scene(factory::ROOM_B, saved),
+        SceneChoice::Library if *slot == 0 || *slot == saved.slot => Ok(library::scene_of(&library::folders(), saved)?),
+        SceneChoice::Library => Ok(library::scene_in_slot(&library::folders(), *slot)?),
+    }
+}
+
+/// A factory scene leaves the key as it is, so that going back to the library finds the same scene again.
+fn factory_scene(scene: FactoryScene, key: &SceneKey) -> Result<LoadedScene, LoadError> {
+    let (scene, hash) = cache::factory_scene(scene)?;
+    Ok(LoadedScene { scene, hash, key: key.clone(), note: String::new() })
+}
