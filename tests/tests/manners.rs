@@ -281,7 +281,8 @@ fn sequences() -> Vec<Vec<Step>> {
 
 /// The parameters in a state. Fields beside them change with what is loaded: a scene's level comes when it has been read.
 fn saved_values(state: &[u8]) -> Value {
-    let start = state.iter().position(|byte| *byte == b'{').expect("a state is JSON");
+    // CLAP's has its length before it.
+    let start = state.windows(10).position(|text| text == b"{\"version\"").expect("a state is JSON");
     serde_json::from_slice::<Value>(&state[start..]).expect("a state is JSON")["params"].take()
 }
 
