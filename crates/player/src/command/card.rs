@@ -48,7 +48,7 @@ pub(super) fn play(options: &Options, scene: &Arc<Scene>, walk: &Walk) -> Result
         bar.at(played as f64 / rate);
         queue.put(ears)
     })?;
-    Ok(queue.drain()?)
+    queue.drain()
 }
 
 /// What waits for the card.

@@ -3,6 +3,7 @@
 use super::options::{Options, Place};
 use super::read::{read_path, read_scene};
 use super::terminal;
+use crate::error::of;
 use crate::{Player, PlayerError, Source, Voice, read_head, read_headphones};
 use promenade_audio::FileError;
 use promenade_core::{CameraPath, LiveParams, Playback, Pose, Scene};
@@ -55,7 +56,7 @@ pub(super) fn player(options: &Options, scene: &Arc<Scene>, source: &Source) -> 
     let spread = options.stereo_spread;
     if spread != 0.0 && source.channels() != 2 {
         let expected = "2 channels for --stereo-spread";
-        return Err(FileError::content(&options.files[1], expected, source.channels().to_string()).into());
+        return Err(FileError::content(&options.files[1], expected, source.channels().to_string()));
     }
     let rate_hz = source.sample_rate_hz();
     let voices = options.sources.iter().map(|(place, sound)| voice(place, sound, scene, rate_hz)).collect::<Result<_, _>>()?;
