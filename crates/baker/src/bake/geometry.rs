@@ -41,6 +41,7 @@ const BEYOND_WALLS_M: f64 = 0.3;
 /// Values that the bass of a scene has at most, and samples of its responses in a second for each Hz that they are whole up to.
 const MOST_BASS_VALUES: f64 = 5e5;
 const SAMPLES: f64 = 2.5;
+
 /// Places of the listener on a plan of the room.
 fn plan(mesh: &Mesh, inside: &Inside<'_>, options: &GeometryOptions) -> Result<Places, BakeError> {
     let [low, high] = mesh.bounds().map(|corner| Vec3::from_array(corner.map(|c| c as f32)));
