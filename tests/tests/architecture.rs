@@ -258,10 +258,9 @@ fn uses_of(files: &BTreeMap<Names, Source>) -> BTreeMap<Names, BTreeSet<Names>> 
 
 /// Files that use files of their own folder which use them: each is one subject with these, and shares types with them that
 /// would need a file of their own. A file that is not among them may hand its folder's items on, and nothing else.
-const WITH_THEIR_FOLDERS: [(&str, &str); 27] = [
+const WITH_THEIR_FOLDERS: [(&str, &str); 25] = [
     ("baker", "bake::field"),
     ("baker", "judge::evaluate"),
-    ("baker", "player"),
     ("baker", "sources::capture"),
     ("baker", "sources::checkpoint"),
     ("baker", "sources::reconstruction"),
@@ -270,7 +269,6 @@ const WITH_THEIR_FOLDERS: [(&str, &str); 27] = [
     ("cli", "map"),
     ("cli", "measure"),
     ("cli", "plot"),
-    ("cli", "render"),
     ("cli", "simulate"),
     ("core", "head"),
     ("core", "headphones"),
@@ -350,8 +348,8 @@ fn large_crates_are_divided_by_subject() {
 const TOGETHER: [(&str, &[&str]); 2] = [
     // A scene holds and checks what its parts play, and the parts are made of scenes.
     ("core", &["decode", "latency", "network", "published", "render", "scene"]),
-    // Sources are played while they are read, and what is played is baked.
-    ("baker", &["bake", "player", "sources"]),
+    // Sources are read for what is baked, and baked while they are read.
+    ("baker", &["bake", "sources"]),
 ];
 
 #[test]

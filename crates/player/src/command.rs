@@ -6,6 +6,7 @@ mod card;
 mod options;
 mod read;
 mod render;
+mod setup;
 pub mod terminal;
 pub mod values;
 

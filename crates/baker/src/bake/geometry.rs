@@ -6,9 +6,11 @@
 mod arrivals;
 mod corrected;
 mod head;
+mod options;
 
 pub use corrected::CorrectedResponse;
 pub use head::scene_head;
+pub use options::GeometryOptions;
 
 use crate::bake::corners::corners;
 use crate::bake::emission::emission;
@@ -20,7 +22,7 @@ use crate::error::BakeError;
 use crate::sources::simulation::{Bass, Hrtf, Inside};
 use arrivals::{Arrivals, left_over, listen, start_pose, typical_t60_s};
 use corrected::{correct, joined};
-use promenade_acoustics::{Air, Mesh, Room, Source, speed_m_s};
+use promenade_acoustics::{Mesh, Room, Source, speed_m_s};
 use promenade_core::glam::Vec3;
 use promenade_core::{Axis, Provenance, Scene, TailModel, TransferShape};
 use promenade_room::{
@@ -39,38 +41,6 @@ const BEYOND_WALLS_M: f64 = 0.3;
 /// Values that the bass of a scene has at most, and samples of its responses in a second for each Hz that they are whole up to.
 const MOST_BASS_VALUES: f64 = 5e5;
 const SAMPLES: f64 = 2.5;
-/// How a scene is made of a room.
-#[derive(Clone, Debug, PartialEq)]
-pub struct GeometryOptions {
-    /// Image sources that are played, at most; the strongest are.
-    pub images: usize,
-    /// Turns of the head that time filters are stored for, evenly around; with one, what comes more from one side is heard by
-    /// both ears alike.
-    pub head_turns: usize,
-    /// Reflections that an image has at most, and beams that search them.
-    pub order: u32,
-    /// Beams of the search.
-    pub beams: usize,
-    /// Rays of the late field.
-    pub rays: usize,
-    /// Metres between places of the listener.
-    pub spacing_m: f32,
-    /// Height of the listener's head over the lowest point of the room, metres.
-    pub height_m: f32,
-    /// Distance of places from surfaces, metres.
-    pub margin_m: f32,
-    /// What the air takes; nothing without it.
-    pub air: Option<Air>,
-    /// Below this frequency, Hz, waves are in the place of images and rays; 0 for none. Without it as high as the room's size
-    /// asks for, and time and the size of the file allow.
-    pub waves_hz: Option<f64>,
-    /// Seed of rays and noise.
-    pub seed: u64,
-    /// Name shown to the user.
-    pub title: String,
-    /// How the scene is made, in one line, for its provenance.
-    pub recipe: String,
-}
 
 /// Places of the listener on a plan of the room.
 fn plan(mesh: &Mesh, inside: &Inside<'_>, options: &GeometryOptions) -> Result<Places, BakeError> {

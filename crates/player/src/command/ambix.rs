@@ -1,7 +1,7 @@
 //! Ambisonics: all channels of a sound field, two at a time as a pair of ears.
 
 use super::options::Options;
-use super::render::{self, Walk};
+use super::setup::{Walk, player};
 use crate::error::of;
 use crate::{Mix, PlayerError, Source};
 use promenade_audio::FileError;
@@ -67,7 +67,7 @@ pub(super) fn play(
 fn one(scene: &Scene, options: &Options, walk: &Walk, pair: usize, to: &SyncSender<Block>) -> Result<(), PlayerError> {
     let scene = scene.ambisonic_pair(pair).map_err(of(&options.files[0]))?;
     let source = Source::open(&options.files[1], None)?;
-    let mut player = render::player(options, &Arc::new(scene), &source)?;
+    let mut player = player(options, &Arc::new(scene), &source)?;
     let mut write = |ears: [&[f32]; 2]| {
         // Whoever waited has gone with an error of their own.
         let _gone = to.send(ears.map(<[f32]>::to_vec));

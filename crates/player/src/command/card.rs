@@ -1,7 +1,7 @@
 //! To the sound card.
 
 use super::options::Options;
-use super::render::{self, Walk};
+use super::setup::{Walk, player};
 use super::terminal::Bar;
 use crate::{PlayerError, Source};
 use cpal::traits::{DeviceTrait, HostTrait, StreamTrait};
@@ -27,7 +27,7 @@ pub(super) fn play(options: &Options, scene: &Arc<Scene>, walk: &Walk) -> Result
     let config = device.default_output_config().map_err(|e| wrong(&e))?;
     let source = Source::open(&options.files[1], Some(config.sample_rate()))?;
     let (rate, frames) = (f64::from(source.sample_rate_hz()), source.frames());
-    let mut player = render::player(options, scene, &source)?;
+    let mut player = player(options, scene, &source)?;
     let (to, from) = RingBuffer::new(AHEAD);
     let stopped = Arc::new(AtomicBool::new(false));
     let mut queue = Queue { to, stopped: Arc::clone(&stopped) };
@@ -48,7 +48,7 @@ pub(super) fn play(options: &Options, scene: &Arc<Scene>, walk: &Walk) -> Result
         bar.at(played as f64 / rate);
         queue.put(ears)
     })?;
-    Ok(queue.drain()?)
+    queue.drain()
 }
 
 /// What waits for the card.

@@ -1,34 +1,18 @@
 //! A file through a scene, aligned in time with its input.
 
-use super::options::{Options, Place};
+use super::ambix;
+use super::options::Options;
+use super::setup::{Walk, player, scene, walk};
 use super::terminal::{self, Bar};
-use super::{ambix, read_path, read_scene};
-use crate::error::of;
-use crate::{Player, PlayerError, Source, Voice, read_head, read_headphones};
+use crate::{PlayerError, Source};
 use promenade_audio::FileError;
 use promenade_audio::wav::{Format, WavWriter};
+use promenade_core::Scene;
 use promenade_core::head::channels;
-use promenade_core::{CameraPath, LiveParams, Playback, Pose, Scene};
-use promenade_paths::ImportOptions;
 use std::fs;
 use std::path::Path;
 use std::sync::Arc;
 use std::time::Instant;
-
-/// Where the listener is over time.
-pub(super) enum Walk {
-    Still(Pose),
-    Along(CameraPath, Playback),
-}
-
-impl Walk {
-    pub(super) fn pose_at(&self, seconds: f64) -> Pose {
-        match self {
-            Self::Still(pose) => *pose,
-            Self::Along(path, playback) => path.pose_after(seconds, *playback),
-        }
-    }
-}
 
 /// Plays what the options say.
 pub(super) fn run(options: &Options) -> Result<(), PlayerError> {
@@ -92,70 +76,5 @@ fn check_output(output: &Path, options: &Options) -> Result<(), FileError> {
     match options.inputs().find(|input| input.canonicalize().is_ok_and(|input| input == there)) {
         Some(input) => Err(FileError::content(output, "a file that is not read as well", input.display().to_string())),
         None => Ok(()),
-    }
-}
-
-/// The scene with the head and the emitter that are asked for.
-fn scene(options: &Options) -> Result<Arc<Scene>, PlayerError> {
-    let mut scene = read_scene(&options.files[0])?;
-    if let Some(file) = &options.head {
-        let head = read_head(file)?;
-        terminal::notes(head.notes());
-        let heard = scene.with_head(&head).map_err(of(&options.files[0]))?;
-        scene = Arc::new(heard);
-    }
-    if let Some(position) = options.emitter {
-        let expected = "a scene that was trained with several emitters";
-        let moved = scene.with_emitter(position)?;
-        let moved = moved.ok_or_else(|| PlayerError::argument("--emitter", expected, "one that holds for its own"));
-        scene = Arc::new(moved.map_err(of(&options.files[0]))?);
-    }
-    Ok(scene)
-}
-
-fn walk(options: &Options, scene: &Scene) -> Result<Walk, PlayerError> {
-    let Some(file) = &options.path else { return Ok(Walk::Still(options.pose.unwrap_or_else(|| scene.start_pose()))) };
-    let imported = read_path(file, &ImportOptions::default())?;
-    terminal::notes(&imported.notes);
-    Ok(Walk::Along(imported.path, Playback { speed: options.speed.unwrap_or(1.0), looping: options.looping }))
-}
-
-/// A player of the scene for a sound.
-pub(super) fn player(options: &Options, scene: &Arc<Scene>, source: &Source) -> Result<Player, PlayerError> {
-    let spread = options.stereo_spread;
-    if spread != 0.0 && source.channels() != 2 {
-        let expected = "2 channels for --stereo-spread";
-        return Err(FileError::content(&options.files[1], expected, source.channels().to_string()).into());
-    }
-    let rate_hz = source.sample_rate_hz();
-    let voices = options.sources.iter().map(|(place, sound)| voice(place, sound, scene, rate_hz)).collect::<Result<_, _>>()?;
-    let player = Player::at_latency(scene, f64::from(rate_hz), options.tier, options.latency)
-        .and_then(|player| {
-            let rate_hz = options.decode_rate_hz.unwrap_or(LiveParams::default().rate_hz);
-            player.with_decode_rate(rate_hz).with_trim(options.trim)
-        })
-        .and_then(|player| player.with_voices(voices)?.with_stereo_spread(spread))
-        .map_err(of(&options.files[0]))?;
-    match &options.headphones {
-        Some(file) => Ok(player.with_headphones(&read_headphones(file)?)),
-        None => Ok(player),
-    }
-}
-
-/// A further sound at a sample rate, Hz.
-fn voice(place: &Place, sound: &Path, scene: &Scene, rate_hz: u32) -> Result<Voice, PlayerError> {
-    let expected = "a scene that knows where its emitter is";
-    let emitter = scene.emitter().ok_or_else(|| PlayerError::argument("--source", expected, "one that does not"))?;
-    let sound = Source::open(sound, Some(rate_hz))?;
-    match place {
-        Place::Point(point) => {
-            let offset = *point - emitter;
-            Ok(Voice::new(sound, move |_| offset))
-        }
-        Place::Path(file) => {
-            let imported = read_path(file, &ImportOptions::default())?;
-            terminal::notes(&imported.notes);
-            Ok(Voice::new(sound, move |seconds| imported.path.pose_at(seconds).position - emitter))
-        }
     }
 }

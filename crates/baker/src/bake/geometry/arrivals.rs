@@ -1,6 +1,6 @@
 //! What the places of a room hear.
 
-use super::GeometryOptions;
+use super::options::GeometryOptions;
 use crate::bake::corners::MOST_BENT;
 use crate::error::BakeError;
 use crate::sources::simulation::OCTAVES_HZ;

@@ -1,7 +1,7 @@
 use super::*;
 use crate::sources::simulation::heads::{RATE, transparent, two_sided};
 use crate::sources::simulation::{MeshOptions, Part, simulate_box, simulate_mesh};
-use promenade_acoustics::{Directivity, Images, Material, Octaves, Reflected, SPEED_OF_SOUND_M_S, Shoebox, fibonacci};
+use promenade_acoustics::{Air, Directivity, Images, Material, Octaves, Reflected, SPEED_OF_SOUND_M_S, Shoebox, fibonacci};
 use promenade_core::glam::{DVec2, DVec3};
 use promenade_core::{Bands, Pose};
 use promenade_metrics::{DecayRange, decay_time_s};
