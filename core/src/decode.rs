@@ -63,25 +63,23 @@ pub(crate) const TURNS: usize = 4;
 /// critical band up there, but beside it below.
 pub(crate) const QUICK_BELOW_HZ: f64 = 4000.0;
 
-/// Hops of the time filters: explicit taps, then hops of the late part, then of the bass; so many in a row, every so many.
+/// Hops of the time filters: explicit taps, then hops of the late part, then of the bass; every so many.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Hops {
     pub(crate) first: usize,
     pub(crate) end: usize,
-    /// From one run to the next.
+    /// From one hop to the next.
     pub(crate) step: usize,
-    /// Hops of a run.
-    pub(crate) run: usize,
 }
 
 impl Hops {
     /// All of them, `count` in number.
     pub(crate) fn all(count: usize) -> Self {
-        Self { first: 0, end: count, step: 1, run: 1 }
+        Self { first: 0, end: count, step: 1 }
     }
 
     pub(crate) fn contains(self, hop: usize) -> bool {
-        (self.first..self.end).contains(&hop) && (hop - self.first) % self.step < self.run
+        (self.first..self.end).contains(&hop) && (hop - self.first) % self.step == 0
     }
 
     pub(crate) fn iter(self) -> impl Iterator<Item = usize> {

@@ -5,6 +5,7 @@ use promenade_core::head::{
     HEAD_BANDS, HeadDirection, Incidence, MAX_HEAD_BYTES, MAX_HEAD_DIRECTIONS, ambisonic_filters, harmonics, head_band_hz,
     lattice,
 };
+use promenade_core::random::Random;
 use promenade_core::{
     Axis, Facing, Field, FieldGrid, Head, HeadError, MeasuredHead, NoHeadError, Pose, Rows, Scene, SceneParts, TransferShape,
 };
@@ -176,6 +177,41 @@ fn the_direct_sound_takes_the_heads_delay_and_levels() {
     }
     assert_eq!(heard.shape(), scene.shape());
     assert_eq!(heard.parts().anchors, scene.parts().anchors);
+}
+
+#[test]
+fn another_head_does_not_ring_before_the_direct_sound() {
+    // An emitter's all-pass, and phases that no two directions and ears have in common, all of them wrapped.
+    let mut parts = parts();
+    let field = parts.field.take().unwrap();
+    let (shape, Rows::Whole(own)) = (field.shape(), field.rows()) else { panic!("whole rows") };
+    let (bins, mut rows, mut random) = (shape.bins, own.clone(), Random::new(4));
+    for row in rows.chunks_exact_mut(shape.row_len()) {
+        for (i, phase) in row[2 * bins..4 * bins].iter_mut().enumerate() {
+            let hz = parts.grid.bin_hz(i % bins) as f32;
+            let turned = *phase - 2.0 * (hz / 1_500.0).atan() + 0.5 * random.normal();
+            *phase = turned.sin().atan2(turned.cos());
+        }
+    }
+    let with_head = |rows: Vec<f32>| {
+        let field = Field::new(field.grid().clone(), shape, Rows::Whole(rows));
+        Scene::new(SceneParts { field, ..parts.clone() }).unwrap().with_head(&sphere(RADIUS_M)).unwrap()
+    };
+    let [clean, turned] = [own.clone(), rows].map(with_head);
+    // Energy more than a millisecond before an ear's onset over its first 2.5 ms, dB.
+    let early_db = |ear: &Vec<f32>| {
+        let peak = ear.iter().fold(0.0_f32, |peak, v| peak.max(v.abs()));
+        let onset = ear.iter().position(|v| v.abs() > 0.1 * peak).unwrap();
+        let energy = |part: &[f32]| part.iter().map(|v| v * v).sum::<f32>();
+        10.0 * (energy(&ear[..onset - 16]) / energy(&ear[onset..onset + 40])).log10()
+    };
+    for azimuth in [-90.0_f32, -40.0, 0.0, 60.0, 180.0] {
+        let pose = Pose::from_ypr(Vec3::ZERO, -azimuth.to_radians(), 0.0, 0.0);
+        for (turned, clean) in direct(&turned, &pose).iter().zip(&direct(&clean, &pose)) {
+            let (found, least) = (early_db(turned), early_db(clean));
+            assert!(found < least.max(-40.0) + 3.0, "{azimuth}: {found:.1} dB, {least:.1} dB without those phases");
+        }
+    }
 }
 
 #[test]

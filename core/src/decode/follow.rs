@@ -10,13 +10,14 @@ use std::sync::Arc;
 const REFRESH_HOPS: usize = 16;
 /// Hops over which explicit taps at low frequencies take a new pose in ...
 const QUICK_HOPS: usize = 8;
-/// ... but the first, which are the loudest, follow at every hop, and above them whenever it is the turn of their group of bins:
-/// steps of all hops are heard as a flutter of high tones.
+/// ... but the first, which are the loudest, follow at every hop.
 const EARLY_TAPS: usize = 12;
 /// Both where measured responses carry them: their interference moves, and its steps are heard beside a tone that it makes
 /// faint.
 const MEASURED_QUICK_HOPS: usize = 4;
 const MEASURED_EARLY_TAPS: usize = 24;
+/// These follow at high frequencies whenever it is the turn of their bins: high tones would flutter.
+const MEASURED_TURNED_TAPS: usize = 12;
 
 /// The decoders of one stream.
 pub(crate) struct Follower {
@@ -32,6 +33,8 @@ pub(crate) struct Follower {
     /// Hops over which taps are taken in at low frequencies, and those of them that follow at every hop.
     quick_hops: usize,
     early_taps: usize,
+    /// Explicit taps that follow at high frequencies with every turn.
+    turned_taps: usize,
     /// Shares of the time filters that still have to follow, and the one whose hop it is.
     stale_shares: usize,
     share: usize,
@@ -48,8 +51,20 @@ impl Follower {
         let measured = scene.measured().is_some();
         let quick_hops = if measured { MEASURED_QUICK_HOPS } else { QUICK_HOPS };
         let early_taps = if measured { MEASURED_EARLY_TAPS } else { EARLY_TAPS }.min(taps);
-        let is_live = false;
-        Self { field, live: None, silent, is_live, filter_hops, taps, quick_hops, early_taps, stale_shares: 0, share: 0 }
+        let turned_taps = if measured { MEASURED_TURNED_TAPS.min(taps) } else { 0 };
+        Self {
+            field,
+            live: None,
+            silent,
+            is_live: false,
+            filter_hops,
+            taps,
+            quick_hops,
+            early_taps,
+            turned_taps,
+            stale_shares: 0,
+            share: 0,
+        }
     }
 
     /// Gives the stream a live decoder for the tiers that need one.
@@ -112,12 +127,12 @@ impl Follower {
         } else if room && self.stale_shares > 0 {
             self.stale_shares -= 1;
             // Taken by turns, so that a listener who turns hears the room follow in small steps rather than the early part in
-            // one: each of the groups of bins has its turn with each run of hops.
-            let first = share - share % TURNS;
-            let (early, step) = (self.early_taps, self.quick_hops);
-            let rest = Hops { first, end: self.filter_hops, step: REFRESH_HOPS, run: TURNS };
-            change.filters = [Hops::all(early), rest];
-            change.quick = [Hops::all(early), Hops { first: early + share % step, end: self.taps, step, run: 1 }];
+            // one: each of the groups of bins has its turn with each class of hops.
+            let (class, early) = ((share + share / TURNS) % TURNS, self.early_taps);
+            let rest = Hops { first: class, end: self.filter_hops, step: TURNS };
+            change.filters = [Hops::all(self.turned_taps), rest];
+            let later = early + (class + share - share % TURNS) % self.quick_hops;
+            change.quick = [Hops::all(early), Hops { first: later, end: self.taps, step: self.quick_hops }];
         }
         decoder.update_filters(&change);
         change

@@ -7,13 +7,18 @@ use crate::number::single;
 use crate::{Bands, StftGrid, TransferShape};
 use glam::Vec3;
 use promenade_fourier::num_complex::{Complex32, Complex64};
-use promenade_fourier::{floored_log, minimum_phase, signal};
+use promenade_fourier::{floored_log, minimum_phase, signal, spectrum};
 use std::f64::consts::TAU;
 use thiserror::Error;
 
 /// Below the first of these the levels of heads are alike, and what a response has there is the room's: it stays. Above the
 /// second the level is the new head's, Hz.
 const LEVELS_FROM_HZ: (f64, f64) = (300.0, 600.0);
+/// Before the first of these times the emitter's sound has not begun, from the second on it is whole, seconds from the arrival at
+/// the head's centre: the near ear is earlier.
+const BEGINS_S: [f64; 2] = [-0.001, -0.0005];
+/// Rounds in which its phases are found.
+const ROUNDS: usize = 100;
 /// Nepers of a decibel.
 const NEPERS_PER_DB: f64 = std::f64::consts::LN_10 / 20.0;
 
@@ -213,7 +218,31 @@ impl Change<'_> {
         let log = |(k, e): (usize, &f64)| {
             0.5 * e.max(1e-30).ln() - NEPERS_PER_DB * f64::from(at_hz(&self.source_db, self.grid.bin_hz(k)))
         };
-        Emitter { logs: energy.iter().enumerate().map(log).collect(), excess: turned.iter().map(|x| single(x.arg())).collect() }
+        Emitter { logs: energy.iter().enumerate().map(log).collect(), excess: self.begun(&energy, &turned) }
+    }
+
+    /// Phases beyond the minimum one, near those of some phasors, of a sound of such energies that begins when the direct sound
+    /// does: what is left of many heads' phases would ring before it.
+    fn begun(&self, energy: &[f64], phasors: &[Complex64]) -> Vec<f32> {
+        let n_fft = self.grid.n_fft;
+        let gains: Vec<f64> = energy.iter().map(|e| e.sqrt()).collect();
+        let minimum: Vec<f64> = minimum_phase(floored_log(&gains), n_fft).map(f64::from).collect();
+        let whole = |phasor: &Complex64, k: usize| Complex64::from_polar(gains[k], phasor.arg());
+        let mut sound: Vec<Complex64> =
+            phasors.iter().enumerate().map(|(k, x)| whole(&(x * Complex64::from_polar(1.0, minimum[k])), k)).collect();
+        let [from, to] = BEGINS_S.map(|s| s * self.grid.sample_rate_hz);
+        // What comes before the arrival lies at the frame's end.
+        let begun = |i: usize| {
+            let at = if i > n_fft / 2 { i as f64 - n_fft as f64 } else { i as f64 };
+            0.5 - 0.5 * (0.5 * TAU * ((at - from) / (to - from)).clamp(0.0, 1.0)).cos()
+        };
+        // To and fro between sounds of these energies and sounds that begin there (Fienup 1982, error reduction).
+        for _ in 0..ROUNDS {
+            let mut time = signal(sound, n_fft);
+            time.iter_mut().enumerate().for_each(|(i, v)| *v *= begun(i));
+            sound = spectrum(time, n_fft).iter().enumerate().map(|(k, x)| whole(x, k)).collect();
+        }
+        sound.iter().zip(&minimum).map(|(x, minimum)| single(x.arg() - minimum)).collect()
     }
 
     /// Changes the gains of taps and late part.
