@@ -17,7 +17,7 @@ const EARLY_TAPS: usize = 12;
 const MEASURED_QUICK_HOPS: usize = 4;
 const MEASURED_EARLY_TAPS: usize = 24;
 /// These follow at high frequencies whenever it is the turn of their bins: high tones would flutter.
-const MEASURED_TURNED_TAPS: usize = 12;
+const MEASURED_TURNED_TAPS: usize = 16;
 
 /// The decoders of one stream.
 pub(crate) struct Follower {

@@ -138,7 +138,7 @@ fn all_that_is_missing_is_said_at_once() {
     let only = ImportOptions { max_norm: Some(25.0), ..ImportOptions::default() };
     let error = import(&fixture("nested.pth"), None, &only).unwrap_err();
     let (_, missing) = error.to_string().split_once("; give also ").map(|(a, b)| (a.to_owned(), b.to_owned())).unwrap();
-    assert!(missing.contains("anchors") && !missing.contains(" and "), "{missing}");
+    assert!(missing.contains("anchors") && !missing.contains("max_norm"), "{missing}");
 }
 
 #[test]

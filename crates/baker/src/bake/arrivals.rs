@@ -56,7 +56,7 @@ mod tests {
                 let side = listener.to_head(Vec3::X).y;
                 let [left, right] = [1.0, -1.0].map(|ear| {
                     let mut samples = vec![0.0; 2_400];
-                    let at = start(i) + 300 - (12.0 * ear * side) as usize;
+                    let at = start(i) + (300.0 - 12.0 * ear * side).round() as usize;
                     (samples[at], samples[at + 14]) = if i == 0 { (0.5, 1.0) } else { (1.0, 0.5) };
                     samples
                 });

@@ -106,7 +106,7 @@ mod tests {
             listener: Pose::from_ypr(Vec3::new(0.1, 0.2 * i as f32, 1.3), 2.0 - i as f32, -0.4, 0.3),
             source: Vec3::new(3.0, 0.7, 1.1),
             left: (0..50).map(|n| 1.5 / (n + i + 1) as f32).collect(),
-            right: (0..50).map(|n| -0.3 / (n + i + 1) as f32).collect(),
+            right: (0..50).map(|n| 0.3 / (n + i + 1) as f32 - 0.02).collect(),
             name: format!("pose {i}"),
         };
         Responses {
