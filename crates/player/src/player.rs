@@ -291,7 +291,7 @@ impl Player {
                 let mut ears = self.whole(&played, tail, pose_at)?;
                 let mut waiting = [channels.first(), channels.last()].map(|c| c.into_iter().flatten().copied().collect());
                 mix.apply(ears.each_mut().map(|ear| &mut ear[..]), &mut waiting);
-                Ok(write(ears.each_ref().map(|ear| &ear[..]))?)
+                write(ears.each_ref().map(|ear| &ear[..]))
             }
         }
     }

@@ -9,7 +9,7 @@ const MAX_BYTES: u64 = 4 << 30;
 
 /// Reads an array.
 pub(super) fn read(path: &Path) -> Result<Array, FitError> {
-    Ok(Array::read(path, MAX_BYTES)?)
+    Array::read(path, MAX_BYTES)
 }
 
 /// Rows of three coordinates.

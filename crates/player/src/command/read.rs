@@ -38,7 +38,7 @@ pub fn read_path(path: &Path, options: &ImportOptions) -> Result<Imported, Playe
     let bytes = file::open(&file).and_then(|mut file| bytes_of(&mut file)).map_err(FileError::read(&file))?;
     let folder = file.parent().unwrap_or(Path::new(""));
     let mut beside = |uri: &str| file::read(&folder.join(uri), MAX_FILE_BYTES);
-    Ok(promenade_paths::read(&file.display().to_string(), &bytes, options, &mut beside)?)
+    promenade_paths::read(&file.display().to_string(), &bytes, options, &mut beside)
 }
 
 fn images_in(folder: &Path) -> Result<PathBuf, FileError> {
