@@ -35,12 +35,12 @@ pub(crate) use cost::Cost;
 pub use cost::TooCostly;
 pub use emission::Emission;
 pub use error::SceneError;
-pub use head::{MeasuredHead, NoHeadError};
+pub use head::NoHeadError;
 pub use image_sources::{AMBISONIC_CHANNELS, AmbisonicHead, ImageSource, ImageSources};
 pub use lifted::Lifted;
 pub use manifest::MAX_SCENE_BYTES;
 pub use measured::{MeasuredRoom, Site};
-pub use parts::{Anchor, AnchorCloud, HeldOut, Provenance, ResponseMeasures, SceneParts, TailModel};
+pub use parts::{Anchor, AnchorCloud, HeldOut, MeasuredHead, Provenance, ResponseMeasures, SceneParts, TailModel};
 pub use turning_room::{Mover, TurningRoom};
 pub use weather::Weather;
 

@@ -258,7 +258,7 @@ fn uses_of(files: &BTreeMap<Names, Source>) -> BTreeMap<Names, BTreeSet<Names>> 
 
 /// Files that use files of their own folder which use them: each is one subject with these, and shares types with them that
 /// would need a file of their own. A file that is not among them may hand its folder's items on, and nothing else.
-const WITH_THEIR_FOLDERS: [(&str, &str); 25] = [
+const WITH_THEIR_FOLDERS: [(&str, &str); 28] = [
     ("baker", "bake::field"),
     ("baker", "judge::evaluate"),
     ("baker", "sources::capture"),
@@ -280,8 +280,11 @@ const WITH_THEIR_FOLDERS: [(&str, &str); 25] = [
     ("host", "clap"),
     ("host", "vst3"),
     ("paths", "colmap"),
+    ("plugin", "editor::scenes"),
     ("plugin", "export::clap"),
     ("plugin", "listener"),
+    ("plugin", "osc"),
+    ("plugin", "playing::loader"),
     ("trainer", "head"),
     ("trainer", "refinement"),
 ];

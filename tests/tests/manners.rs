@@ -8,6 +8,7 @@ use promenade_tests::memory::resident_bytes;
 use promenade_tests::screen::wait_until;
 use promenade_tests::signal::{difference_db, noise};
 use serde_json::Value;
+use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::thread;
 use std::time::{Duration, Instant};
 
@@ -66,7 +67,14 @@ fn tells_its_host<B: Bare>(instance: &mut B, latency: f64) -> bool {
     is_told
 }
 
+/// Held by each test: instances of others would wake the threads that one counts.
+fn alone() -> MutexGuard<'static, ()> {
+    static ALONE: Mutex<()> = Mutex::new(());
+    ALONE.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
 fn what_goes_with_changes_takes_nothing_with_it<B: Bare>() {
+    let _alone = alone();
     let mut stays: B = playing();
     for number in 0..MANY {
         let mut goes: B = playing();
@@ -102,6 +110,7 @@ fn orders(count: usize) -> Vec<Vec<usize>> {
 }
 
 fn instances_go_in_every_order<B: Bare>() {
+    let _alone = alone();
     for order in orders(4) {
         let mut instances: Vec<Option<B>> = (0..4).map(|_| Some(playing())).collect();
         elsewhere(|| instances.iter_mut().flatten().for_each(|instance| instance.busy_block(host_id("x"), CHANGES)));
@@ -113,6 +122,7 @@ fn instances_go_in_every_order<B: Bare>() {
 
 #[test]
 fn references_go_in_every_order() {
+    let _alone = alone();
     let parts = [Part::Component, Part::Processor, Part::Controller];
     for order in orders(parts.len()) {
         for is_active in [false, true] {
@@ -136,6 +146,7 @@ fn waits_of(name: &str) -> u64 {
 }
 
 fn no_change_is_posted_while_no_editor_is_open<B: Bare>() {
+    let _alone = alone();
     let mut instance: B = playing();
     elsewhere(|| instance.busy_block(host_id("yaw"), CHANGES));
     let before = (instance.told(), waits_of("bg-worker"));
@@ -317,6 +328,7 @@ fn restore_after<B: Bare>(sequences: &[Vec<Step>], editor: &mut dyn FnMut(&mut B
 }
 
 fn a_state_is_restored_after_anything<B: Bare>() {
+    let _alone = alone();
     restore_after::<B>(&sequences(), &mut |_| ());
 }
 
@@ -325,6 +337,7 @@ fn a_state_is_restored_after_anything<B: Bare>() {
 #[test]
 #[ignore = "takes as long as it is told"]
 fn instances_come_and_go_at_random() {
+    let _alone = alone();
     let minutes = std::env::var("PROMENADE_MINUTES").ok().and_then(|text| text.parse().ok()).unwrap_or(1.0);
     let (began, lasts) = (Instant::now(), Duration::from_secs_f64(60.0 * minutes));
     let is_over = || began.elapsed() >= lasts;

@@ -1,6 +1,6 @@
 //! A scene heard with another head than the one that it was measured with.
 
-use super::{AMBISONIC_CHANNELS, AmbisonicHead, ImageSources, MeasuredRoom, Scene, SceneParts};
+use super::{AMBISONIC_CHANNELS, AmbisonicHead, ImageSources, MeasuredHead, MeasuredRoom, Scene, SceneParts};
 use crate::decode::field::{Facing, Field, FieldGrid, Rows};
 use crate::head::{HEAD_BANDS, Head, Incidence, at_hz, lag_s, low_pass_power};
 use crate::number::single;
@@ -21,17 +21,6 @@ const BEGINS_S: [f64; 2] = [-0.0006, -0.0001];
 const ROUNDS: usize = 100;
 /// Nepers of a decibel.
 const NEPERS_PER_DB: f64 = std::f64::consts::LN_10 / 20.0;
-
-/// What is known of the head that a scene was measured with.
-#[derive(Clone, Debug, PartialEq)]
-pub struct MeasuredHead {
-    /// Its name.
-    pub name: String,
-    /// Its level by band over the scene's directions, both ears together, dB against a diffuse field.
-    pub around_db: [f32; HEAD_BANDS],
-    /// Level of the left and the right ear by band in a diffuse field against that of both, dB.
-    pub diffuse_db: [[f32; HEAD_BANDS]; 2],
-}
 
 /// Why a scene cannot be heard with another head.
 #[derive(Clone, Copy, Debug, Error, PartialEq, Eq)]

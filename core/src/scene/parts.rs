@@ -1,6 +1,7 @@
 //! What a scene is made of.
 
-use super::{BassField, Corners, ImageSources, MeasuredHead, MeasuredRoom, Weather};
+use super::{BassField, Corners, ImageSources, MeasuredRoom, Weather};
+use crate::head::HEAD_BANDS;
 use crate::network::{CloudEmitter, CloudModel};
 use crate::number::single;
 use crate::published::{ConvMode, Projection, PublishedOptions};
@@ -98,6 +99,17 @@ impl AnchorCloud {
     pub fn stream_options(&self, taps: usize) -> PublishedOptions {
         PublishedOptions::streaming(self.conv, self.projection, self.model.sizes().frames, taps)
     }
+}
+
+/// What is known of the head that a scene was measured with.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MeasuredHead {
+    /// Its name.
+    pub name: String,
+    /// Its level by band over the scene's directions, both ears together, dB against a diffuse field.
+    pub around_db: [f32; HEAD_BANDS],
+    /// Level of the left and the right ear by band in a diffuse field against that of both, dB.
+    pub diffuse_db: [[f32; HEAD_BANDS]; 2],
 }
 
 /// All parts of a [`Scene`].

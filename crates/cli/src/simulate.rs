@@ -23,6 +23,9 @@ use std::time::Instant;
 
 pub(crate) fn run(args: &SimulateArgs) -> Result<()> {
     match (&args.what, &args.room, &args.mesh, &args.run) {
+        (Some(Simulate::Box(args)), ..) if args.output.extension().is_some_and(|ending| ending == "promenade") => {
+            scene::write_box(args)
+        }
         (Some(Simulate::Box(args)), ..) => boxed::run(args),
         (Some(Simulate::Materials), ..) => materials(),
         (None, Some(room), Some(mesh), Some(run)) => mesh::run(room, mesh, run, args.air, &args.clips),

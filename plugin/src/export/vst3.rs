@@ -1,8 +1,11 @@
 //! The VST3 entry: the framework's plugins, with what it lacks put beside it.
 
+mod block_room;
 mod controller;
+mod controller_values;
 mod further_buses;
 mod hosted;
+mod make;
 mod places;
 mod processor;
 mod stream;
@@ -11,7 +14,7 @@ use crate::export::guard::guard;
 use crate::export::kind::COUNT;
 use crate::export::{Promenade, PromenadeMany, PromenadeMany64};
 use crate::parameter::source_knob::{MANY_FURTHER, MOST_FURTHER};
-use hosted::make;
+use make::make;
 use nice_plug::wrapper::setup_logger;
 use nice_plug::wrapper::vst3::PluginInfo;
 use nice_plug::wrapper::vst3::vst3::Steinberg::{

@@ -1,5 +1,6 @@
 use super::*;
 use crate::library::factory;
+use promenade_fault::with_causes;
 use std::fs;
 use std::sync::mpsc::channel;
 use std::time::Duration;
@@ -90,8 +91,9 @@ fn a_pipe_is_no_scene_and_a_file_of_the_same_content_is_found() {
     let found = in_time(move || scene_of(&folders, &wanted)).unwrap();
     assert!(found.key.absolute.ends_with("other.promenade"));
     let wanted = SceneKey { absolute: pipe, ..SceneKey::default() };
-    let error = in_time(move || scene_of(&[], &wanted)).err().unwrap().to_string();
-    assert!(error.ends_with("hall.promenade: expected a regular file, found a pipe, a socket or a device"), "{error}");
+    let error = with_causes(&in_time(move || scene_of(&[], &wanted)).err().unwrap());
+    let clue = "hall.promenade: cannot be read: expected a regular file, found a pipe, a socket or a device";
+    assert!(error.ends_with(clue), "{error}");
 }
 
 #[cfg(target_os = "linux")]
@@ -104,8 +106,8 @@ fn bytes_are_counted_while_they_are_read() {
     assert_eq!(error, "the file has more than 10 bytes, expected at most 10");
     let error = read_limited(Path::new("/dev/zero"), 10).unwrap_err().to_string();
     assert!(error.starts_with("expected a regular file"), "{error}");
-    let error = read(Path::new("/")).unwrap_err().to_string();
-    assert_eq!(error, "/: expected a regular file, found a folder");
+    let error = with_causes(&read(Path::new("/")).unwrap_err());
+    assert_eq!(error, "/: cannot be read: expected a regular file, found a folder");
 }
 
 #[test]
@@ -119,10 +121,10 @@ fn a_saved_scene_is_listed_and_no_other_is_written_over() {
     let found = scene_in_slot(&folders, 1).unwrap();
     assert_eq!(found.scene.title(), "My room");
     assert_eq!(found.scene.images().map(|i| i.images.len()), scene.images().map(|i| i.images.len()));
-    let error = save(&folders, "My room", &scene).unwrap_err().to_string();
+    let error = with_causes(&save(&folders, "My room", &scene).unwrap_err());
     assert!(error.contains("there is a scene of this name already"), "{error}");
     for name in ["", "../x", "a/b", ".hidden"] {
-        let error = save(&folders, name, &scene).unwrap_err().to_string();
+        let error = with_causes(&save(&folders, name, &scene).unwrap_err());
         assert!(error.contains("expected a name without a folder"), "{name}: {error}");
     }
 }

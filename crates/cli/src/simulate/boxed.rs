@@ -1,6 +1,6 @@
 //! `promenade simulate box`: a room of six walls.
 
-use super::{Run, head_of, is_there, scene, walk};
+use super::{Run, head_of, is_there, walk};
 use crate::args::SimulateBoxArgs;
 use crate::report;
 use anyhow::{Context, Result};
@@ -13,9 +13,6 @@ use std::time::Instant;
 const RESPONSES_HZ: u32 = 24_000;
 
 pub(super) fn run(args: &SimulateBoxArgs) -> Result<()> {
-    if args.output.extension().is_some_and(|e| e == "promenade") {
-        return scene::write_box(args);
-    }
     let walls = walls(args);
     let rate = args.rate.unwrap_or(RESPONSES_HZ);
     let poses = poses(args)?;

@@ -8,64 +8,12 @@ use super::stream::Written;
 use crate::export::guard::guard;
 use crate::parameter::cast::narrow;
 use crate::project::host_values::Change;
-use crate::worker::lock::lock;
 use nice_plug::plugin::PluginState;
 use nice_plug::wrapper::vst3::vst3::Steinberg::Vst::{
     IComponent, IComponentVtbl, IEditController, IEditControllerVtbl, ParamID, ParamValue,
 };
 use nice_plug::wrapper::vst3::vst3::Steinberg::{IBStream, kInvalidArgument, kResultFalse, kResultOk, tresult};
 use std::collections::BTreeMap;
-use std::sync::Mutex;
-use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
-
-/// What a host has set on a controller while it said that it plays.
-#[derive(Default)]
-pub(super) struct ControllerValues {
-    /// By number: a share of the range, and how many blocks had begun.
-    held: Mutex<BTreeMap<ParamID, (f32, u32)>>,
-    /// Whether the host says that it plays; it may do so without a block.
-    plays: AtomicBool,
-    /// Blocks that have begun.
-    begun: AtomicU32,
-    /// Blocks that have ended.
-    ended: AtomicU32,
-}
-
-impl ControllerValues {
-    /// A block begins.
-    ///
-    /// # Real-time
-    /// Audio thread; no allocation, lock or I/O.
-    pub(super) fn begin_block(&self) {
-        self.begun.fetch_add(1, Ordering::AcqRel);
-    }
-
-    /// A block ends: it has brought what was set before it began.
-    ///
-    /// # Real-time
-    /// Audio thread; no allocation, lock or I/O.
-    pub(super) fn end_block(&self) {
-        self.ended.fetch_add(1, Ordering::AcqRel);
-    }
-
-    /// What no block has brought yet.
-    fn pending(&self) -> BTreeMap<ParamID, f32> {
-        let ended = self.ended.load(Ordering::Acquire);
-        let mut held = lock(&self.held);
-        // The difference may go beyond the greatest number.
-        held.retain(|_, (_, begun)| ended.wrapping_sub(*begun).cast_signed() <= 0);
-        held.iter().map(|(id, (value, _))| (*id, *value)).collect()
-    }
-
-    /// Takes over whether the host plays; without blocks nothing else brings what was set.
-    pub(super) fn play(&self, hosted: &Hosted, plays: bool) {
-        self.plays.store(plays, Ordering::Release);
-        if !plays {
-            self.pending().into_iter().for_each(|(id, share)| hosted.side.values.change(id, Change::Value(share)));
-            lock(&self.held).clear();
-        }
-    }
-}
 
 /// Puts our functions into a component's table.
 pub(super) fn amend_component(ours: &mut IComponentVtbl) {
@@ -83,9 +31,7 @@ unsafe extern "system" fn set_param_normalized(this: *mut IEditController, id: P
         let Hosted { side, controller, .. } = table(this).hosted();
         let landed = side.values.landed(id, narrow(value)).filter(|share| share.is_finite());
         let Some(share) = landed else { return kInvalidArgument };
-        if controller.plays.load(Ordering::Acquire) {
-            lock(&controller.held).insert(id, (share, controller.begun.load(Ordering::Acquire)));
-        } else {
+        if !controller.hold(id, share) {
             side.values.change(id, Change::Value(share));
         }
         kResultOk
@@ -130,7 +76,7 @@ unsafe extern "system" fn set_state(this: *mut IComponent, stream: *mut IBStream
     // SAFETY: the plugin is the framework's, and the host's argument is handed on.
     let result = unsafe { (table.theirs.setState)(this, stream) };
     if result == kResultOk {
-        lock(&table.hosted().controller.held).clear();
+        table.hosted().controller.clear();
     }
     result
 }

@@ -4,8 +4,8 @@
 //! be caught, and not before the framework's queue holds nothing of it any more. The queue's thread ends when it meets a task
 //! whose instance is gone; what other instances post is lost then, and the last release panics.
 
-use super::controller::{self, ControllerValues};
-use super::processor::{self, BlockRoom};
+use super::block_room::BlockRoom;
+use super::controller_values::ControllerValues;
 use crate::export::Promenade;
 use crate::export::guard::guard;
 use crate::export::kind::COUNT;
@@ -13,10 +13,7 @@ use crate::telemetry::host_side::HostSide;
 use crate::worker::lock::lock;
 use nice_plug::nice_error;
 use nice_plug::wrapper::vst3::Wrapper;
-use nice_plug::wrapper::vst3::vst3::Steinberg::Vst::{
-    ChannelContext::IInfoListener, IAudioProcessor, IComponent, IEditController, IMidiMapping, INoteExpressionController,
-    IProcessContextRequirements, IUnitInfo, SpeakerArrangement,
-};
+use nice_plug::wrapper::vst3::vst3::Steinberg::Vst::SpeakerArrangement;
 use nice_plug::wrapper::vst3::vst3::Steinberg::{FUnknown, FUnknownVtbl, TUID, kResultOk, tresult};
 use nice_plug::wrapper::vst3::vst3::{ComWrapper, Interface};
 use std::any::Any;
@@ -77,50 +74,15 @@ pub(super) fn table<'a, I: Interface>(this: *mut I) -> &'a Table<I::Vtbl> {
     unsafe { &**this.cast::<*const Table<I::Vtbl>>() }
 }
 
-/// Makes a plugin with so many further sources, of a kind, whose interface of a number goes where the host wants it.
-#[expect(unsafe_code, reason = "hosts hand over pointers")]
-pub(super) unsafe fn make<const FURTHER: usize>(kind: usize, iid: *const TUID, obj: *mut *mut c_void) -> Option<tresult> {
-    keep_queue::<FURTHER>(kind)?;
-    let (plugin, side) = framework_plugin::<FURTHER>()?;
-    let unknown = plugin.as_com_ref::<FUnknown>()?.as_ptr();
-    let hosted = Box::into_raw(Box::new(Hosted {
-        _plugin: Box::new(plugin.clone()),
-        tables: Vec::new(),
-        references: AtomicU32::new(1),
-        kind,
-        asked: Mutex::default(),
-        block: Mutex::new(BlockRoom::new(&side, FURTHER)?),
-        controller: ControllerValues::default(),
-        side,
-    }));
-    amend::<IComponent, _>(&plugin, hosted, controller::amend_component);
-    amend::<IEditController, _>(&plugin, hosted, controller::amend_controller);
-    amend::<IAudioProcessor, _>(&plugin, hosted, processor::amend);
-    amend::<IMidiMapping, _>(&plugin, hosted, |_| ());
-    amend::<INoteExpressionController, _>(&plugin, hosted, |_| ());
-    amend::<IProcessContextRequirements, _>(&plugin, hosted, |_| ());
-    amend::<IUnitInfo, _>(&plugin, hosted, |_| ());
-    amend::<IInfoListener, _>(&plugin, hosted, |_| ());
-    drop(plugin);
-    // SAFETY: the plugin is alive; the host hands over an interface's number and room for the plugin, which has a reference
-    // more then. The one of this function goes after that.
-    unsafe {
-        let table = (*unknown).vtbl;
-        let made = ((*table).queryInterface)(unknown, iid, obj);
-        ((*table).release)(unknown);
-        Some(made)
-    }
-}
-
 /// A plugin of the framework, and what it shows of its host.
-fn framework_plugin<const FURTHER: usize>() -> Option<(ComWrapper<Wrapper<Promenade<FURTHER>>>, Arc<HostSide>)> {
+pub(super) fn framework_plugin<const FURTHER: usize>() -> Option<(ComWrapper<Wrapper<Promenade<FURTHER>>>, Arc<HostSide>)> {
     let plugin = ComWrapper::new(Wrapper::<Promenade<FURTHER>>::new());
     Some((plugin, HostSide::newborn()?))
 }
 
 /// Puts a table of ours in the place of one of the framework's.
 #[expect(unsafe_code, reason = "the framework's tables of functions are changed")]
-fn amend<I, const FURTHER: usize>(
+pub(super) fn amend<I, const FURTHER: usize>(
     plugin: &ComWrapper<Wrapper<Promenade<FURTHER>>>,
     hosted: *mut Hosted,
     change: impl FnOnce(&mut I::Vtbl),
@@ -197,6 +159,24 @@ unsafe impl Send for Retired {}
 static RETIRED: Mutex<Vec<Retired>> = Mutex::new(Vec::new());
 
 impl Hosted {
+    /// A plugin of the framework, of a kind, that shows this of its host; the host has one reference.
+    pub(super) fn new<const FURTHER: usize>(
+        plugin: &ComWrapper<Wrapper<Promenade<FURTHER>>>,
+        kind: usize,
+        side: Arc<HostSide>,
+    ) -> Option<Self> {
+        Some(Self {
+            _plugin: Box::new(plugin.clone()),
+            tables: Vec::new(),
+            references: AtomicU32::new(1),
+            kind,
+            asked: Mutex::default(),
+            block: Mutex::new(BlockRoom::new(&side, FURTHER)?),
+            controller: ControllerValues::default(),
+            side,
+        })
+    }
+
     /// Lets the instance go, with those of its kind that could not go before, as soon as no task of theirs is left.
     fn retire(self: Box<Self>) {
         // Another thread may still play a block of it.
@@ -225,7 +205,7 @@ struct Keeper {
 }
 
 /// Keeps the queue of a kind of plugin.
-fn keep_queue<const FURTHER: usize>(kind: usize) -> Option<()> {
+pub(super) fn keep_queue<const FURTHER: usize>(kind: usize) -> Option<()> {
     if cfg!(target_os = "linux") && KEEPERS[kind].get().is_none() {
         let (plugin, side) = framework_plugin::<FURTHER>()?;
         // Another thread may have been faster: its keeper does as well.

@@ -4,13 +4,12 @@
 //! The framework makes up arrangements of speakers for 4, 9 and 16 channels, and hosts that compare what they asked for with
 //! what they got refuse them. Its tail is what the last block said: none before the first, and none in silence.
 
-use super::further_buses::{Aside, Buses};
+use super::block_room::BlockRoom;
+use super::further_buses::Buses;
 use super::hosted::table;
-use super::places::Places;
 use crate::export::guard::guard;
 use crate::parameter::cast::narrow;
 use crate::project::host_values::Change;
-use crate::telemetry::host_side::HostSide;
 use crate::worker::lock::{lock, try_lock};
 use nice_plug::wrapper::vst3::vst3::ComRef;
 use nice_plug::wrapper::vst3::vst3::Steinberg::Vst::{
@@ -18,25 +17,6 @@ use nice_plug::wrapper::vst3::vst3::Steinberg::Vst::{
     IParameterChangesTrait, ProcessData, ProcessSetup, SpeakerArr, SpeakerArrangement,
 };
 use nice_plug::wrapper::vst3::vst3::Steinberg::{TBool, kInvalidArgument, kResultFalse, kResultOk, tresult};
-use std::sync::Arc;
-
-/// What is needed while a block is played.
-pub(super) struct BlockRoom {
-    /// Where the block is split.
-    places: Places,
-    /// Of a plugin with further sources.
-    aside: Option<Aside>,
-    /// Whether hosts have said how blocks are: before, the framework ends them for a block.
-    is_set_up: bool,
-}
-
-impl BlockRoom {
-    /// Of an instance with so many further sources, which shows this of its host.
-    pub(super) fn new(side: &Arc<HostSide>, further: usize) -> Option<Self> {
-        let aside = (further > 0).then(|| Aside::new(1 + further));
-        Some(Self { places: Places::of(side)?, aside, is_set_up: false })
-    }
-}
 
 /// Puts our functions into a processor's table.
 pub(super) fn amend(ours: &mut IAudioProcessorVtbl) {
@@ -118,7 +98,8 @@ unsafe extern "system" fn set_processing(this: *mut IAudioProcessor, state: TBoo
     // SAFETY: the plugin is the framework's, and the host's argument is handed on.
     let result = unsafe { (table.theirs.setProcessing)(this, state) };
     guard(result, || {
-        table.hosted().controller.play(table.hosted(), state != 0);
+        let hosted = table.hosted();
+        hosted.controller.play(&hosted.side, state != 0);
         result
     })
 }
