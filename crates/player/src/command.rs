@@ -18,7 +18,7 @@ use std::process::ExitCode;
 
 /// What there is to say of a command line, on one screen.
 const HELP: &str = "\
-SCENE DRY OUT [options]   plays DRY (WAV, FLAC) through SCENE into OUT (WAV)
+SCENE DRY OUT [options]   plays DRY (WAV, FLAC) through SCENE into OUT
 SCENE DRY --play          plays to the sound card, in a build with the feature `play`
 
 The listener
