@@ -34,7 +34,8 @@ pub(crate) trait Decoder {
 pub(crate) struct Change {
     /// Masks, phase and interaural delay of the direct sound.
     pub(crate) direct: bool,
-    /// Time filters, in bins above [`QUICK_BELOW_HZ`]: early explicit taps, then all others; none may be missing there for long.
+    /// Time filters, in bins above [`QUICK_BELOW_HZ`]: early explicit taps, then all others; none may be missing there for
+    /// long.
     pub(crate) filters: [Hops; 2],
     /// The group of these bins whose turn it is, 0 to [`TURNS`]; all of them where there is none.
     pub(crate) turn: Option<usize>,

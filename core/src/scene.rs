@@ -17,6 +17,7 @@ mod manifest;
 mod measured;
 mod older;
 mod parts;
+mod tail;
 mod turning_room;
 mod weather;
 
@@ -40,7 +41,8 @@ pub use image_sources::{AMBISONIC_CHANNELS, AmbisonicHead, ImageSource, ImageSou
 pub use lifted::Lifted;
 pub use manifest::MAX_SCENE_BYTES;
 pub use measured::{MeasuredRoom, Site};
-pub use parts::{Anchor, AnchorCloud, HeldOut, MeasuredHead, Provenance, ResponseMeasures, SceneParts, TailModel};
+pub use parts::{Anchor, AnchorCloud, HeldOut, MeasuredHead, Provenance, ResponseMeasures, SceneParts};
+pub use tail::TailModel;
 pub use turning_room::{Mover, TurningRoom};
 pub use weather::Weather;
 

@@ -31,8 +31,8 @@ const SMALLEST: f32 = 0.005;
 /// Where responses were measured, as a pose is looked up in.
 ///
 /// Distances are angles between directions, radians, and metres between positions: one counts as much as the other. Directions
-/// are compared by azimuth and elevation, in which a ring at one height is straight however far above or below it a pose is: its
-/// shares stay those of the ring, until straight above or below no azimuth is nearer than another.
+/// are compared by azimuth and elevation, in which a ring at one height is straight however far above or below it a pose is:
+/// its shares stay those of the ring, until straight above or below no azimuth is nearer than another.
 #[derive(Clone, Debug)]
 pub(crate) struct Sites {
     /// By place.

@@ -9,8 +9,8 @@ use glam::Vec3;
 const SAME_PLACE_M: f32 = 1e-3;
 
 impl Scene {
-    /// A scene whose network knows its emitter as one of its anchors, the last, with the emitter in another place, world metres;
-    /// `None` of a scene that holds for one emitter only.
+    /// A scene whose network knows its emitter as one of its anchors, the last, with the emitter in another place, world
+    /// metres; `None` of a scene that holds for one emitter only.
     ///
     /// # Errors
     /// A place that is not finite.

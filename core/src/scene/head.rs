@@ -14,8 +14,8 @@ use thiserror::Error;
 /// Below the first of these the levels of heads are alike, and what a response has there is the room's: it stays. Above the
 /// second the level is the new head's, Hz.
 const LEVELS_FROM_HZ: (f64, f64) = (300.0, 600.0);
-/// Before the first of these times the emitter's sound has not begun, from the second on it is whole, seconds from the arrival at
-/// the head's centre: the near ear is earlier.
+/// Before the first of these times the emitter's sound has not begun, from the second on it is whole, seconds from the arrival
+/// at the head's centre: the near ear is earlier.
 const BEGINS_S: [f64; 2] = [-0.0006, -0.0001];
 /// Rounds in which its phases are found.
 const ROUNDS: usize = 100;

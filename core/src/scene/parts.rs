@@ -1,31 +1,12 @@
 //! What a scene is made of.
 
-use super::{BassField, Corners, ImageSources, MeasuredRoom, Weather};
+use super::{BassField, Corners, ImageSources, MeasuredRoom, TailModel, Weather};
 use crate::head::HEAD_BANDS;
 use crate::network::{CloudEmitter, CloudModel};
 use crate::number::single;
 use crate::published::{ConvMode, Projection, PublishedOptions};
 use crate::{Bands, Field, Pose, StftGrid, TransferShape};
 use glam::Vec3;
-
-/// What the time filters of all poses share.
-#[derive(Clone, Debug, PartialEq)]
-pub struct TailModel {
-    /// Seed of the pseudo-random carriers.
-    pub seed: u64,
-    /// Reverberation time of the late part per band, seconds (60 dB).
-    pub t60_s: Vec<f32>,
-    /// Interaural coherence of the room's sound per band, real, in [-1, 1].
-    pub coherence: Vec<f32>,
-}
-
-impl TailModel {
-    /// The longest reverberation time of a band, seconds.
-    #[must_use]
-    pub fn longest_t60_s(&self) -> f32 {
-        self.t60_s.iter().fold(0.0, |a, b| a.max(*b))
-    }
-}
 
 /// A point of the anchor cloud.
 #[derive(Clone, Copy, Debug, PartialEq)]

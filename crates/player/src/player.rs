@@ -79,7 +79,8 @@ impl Player {
     /// begins with its input all the same.
     ///
     /// # Errors
-    /// Those of [`Player::new`]; a scene that has no other than its frame's ([`Latency::played_by`]), the tier reference, and clips.
+    /// Those of [`Player::new`]; a scene that has no other than its frame's ([`Latency::played_by`]), the tier reference, and
+    /// clips.
     pub fn at_latency(
         scene: &Arc<Scene>,
         rate_hz: f64,
@@ -131,8 +132,8 @@ impl Player {
         self
     }
 
-    /// Adds further sounds in the same room, [`MOST_FURTHER`] at most, of the sound's rate: they are played with the next sound,
-    /// and once. To be chosen before a stereo spread.
+    /// Adds further sounds in the same room, [`MOST_FURTHER`] at most, of the sound's rate: they are played with the next
+    /// sound, and once. To be chosen before a stereo spread.
     ///
     /// # Errors
     /// Clips, a sound that is converted, a scene without its emitter's place, a latency that is shorter than a frame.

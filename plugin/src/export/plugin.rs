@@ -285,8 +285,10 @@ impl<const FURTHER: usize> Promenade<FURTHER> {
             return false;
         }
         self.timing.sample_rate_hz = sample_rate_hz;
-        let trusted = context.plugin_api() != PluginApi::Vst3;
-        self.timing.offline = OfflineDetector::new(config.process_mode == ProcessMode::Offline, trusted);
+        let is_vst3 = context.plugin_api() == PluginApi::Vst3;
+        let announced =
+            if is_vst3 { self.instance.host_side.is_offline() } else { config.process_mode == ProcessMode::Offline };
+        self.timing.offline = OfflineDetector::new(announced, !is_vst3);
         let channels = layout.main_input_channels.map_or(0, NonZeroU32::get);
         self.input.resize(channels as usize, (config.max_buffer_size as usize).max(1));
         #[cfg(feature = "standalone")]

@@ -81,7 +81,8 @@ parameters! {
         },
         /// Head tilt, degrees, positive nose up.
         Pitch = &Row {
-            id: "pitch", name: "Pitch", module: POSE, values: Values::Number(Unit::Degree, -90.0, 90.0), default: 0.0, label: "Pitch",
+            id: "pitch", name: "Pitch", module: POSE, values: Values::Number(Unit::Degree, -90.0, 90.0), default: 0.0,
+            label: "Pitch",
             help: "Tilt of the head, positive with the nose up",
         },
         /// Head tilt, degrees, positive right ear down.
@@ -97,17 +98,20 @@ parameters! {
         },
         /// What moves the listener: [`choices::Follow`].
         Follow = &Row {
-            id: "follow", name: "Follow Path", module: PATH, values: Values::Choice(Choice::Follow), default: 0.0, label: "Follow",
+            id: "follow", name: "Follow Path", module: PATH, values: Values::Choice(Choice::Follow), default: 0.0,
+            label: "Follow",
             help: "What moves the listener along its camera path, and sources along paths of their own",
         },
         /// Whether position and angles are added to the path's pose, or have no effect while a path is followed.
         Offset = &Row {
-            id: "offset", name: "Path Offset", module: PATH, values: Values::Switch, default: 0.0, label: "Add position and angles",
+            id: "offset", name: "Path Offset", module: PATH, values: Values::Switch, default: 0.0,
+            label: "Add position and angles",
             help: "Moves the listener from the path by its own position and angles",
         },
         /// How a head tracker is used: [`choices::Tracking`].
         Tracking = &Row {
-            id: "tracking", name: "Head Tracking", module: POSE, values: Values::Choice(Choice::Tracking), default: 1.0, label: "Tracker",
+            id: "tracking", name: "Head Tracking", module: POSE, values: Values::Choice(Choice::Tracking), default: 1.0,
+            label: "Tracker",
             help: "What a head tracker does to the listener",
         },
         /// How far the emitter is moved along x from its place in the scene, metres.
@@ -127,13 +131,16 @@ parameters! {
         },
         /// Angle between the emitters of a stereo input's channels, degrees; 0 for one emitter.
         Spread = &Row {
-            id: "spread", name: "Stereo Spread", module: EMITTER, values: Values::Number(Unit::Degree, 0.0, 180.0), default: 0.0, label: "Stereo",
+            id: "spread", name: "Stereo Spread", module: EMITTER, values: Values::Number(Unit::Degree, 0.0, 180.0),
+            default: 0.0,
+            label: "Stereo",
             help: "Angle between the sources that play the left and the right channel, where the scene starts: 0 plays both \
                 with one",
         },
         /// The listener group: [`choices::GroupChoice`].
         Group = &Row {
-            id: "group", name: "Listener Group", module: GROUP, values: Values::Choice(Choice::Group), default: 0.0, label: "Group",
+            id: "group", name: "Listener Group", module: GROUP, values: Values::Choice(Choice::Group), default: 0.0,
+            label: "Group",
             help: "Instances of one group hear with one listener, so that several sources share a room",
         },
         /// Whether this instance's listener is that of its group.
@@ -148,7 +155,8 @@ parameters! {
         },
         /// Decodes a second of the tiers High and Reference while the listener moves, hertz.
         Rate = &Row {
-            id: "rate", name: "Decode Rate", module: SOUND, values: Values::Number(Unit::Hertz, 5.0, 100.0), default: 40.0, label: "Updates",
+            id: "rate", name: "Decode Rate", module: SOUND, values: Values::Number(Unit::Hertz, 5.0, 100.0), default: 40.0,
+            label: "Updates",
             help: "How often High and Reference work out the sound of a moving listener, times a second; they fade in between",
         },
         /// Share of the rendered sound, of 1.
@@ -178,22 +186,27 @@ parameters! {
         },
         /// Reverberation time as a multiple of the scene's, of 1.
         Decay = &Row {
-            id: "decay", name: "Decay", module: SOUND, values: Values::Number(Unit::Share, 0.5, 2.0), default: 1.0, label: "Decay",
+            id: "decay", name: "Decay", module: SOUND, values: Values::Number(Unit::Share, 0.5, 2.0), default: 1.0,
+            label: "Decay",
             help: "How long the room rings, of the time that it takes as it is",
         },
         /// What the direct sound loses each time the distance doubles, dB.
         Law = &Row {
-            id: "law", name: "Distance Law", module: SOUND, values: Values::Number(Unit::Decibel, 0.0, 12.0), default: USUAL_LAW_DB, label: "Distance",
+            id: "law", name: "Distance Law", module: SOUND, values: Values::Number(Unit::Decibel, 0.0, 12.0),
+            default: USUAL_LAW_DB,
+            label: "Distance",
             help: "What the straight sound loses each time the source is twice as far: 6 dB in the open, 0 for none",
         },
         /// Level of the difference between the ears in the room's sound, of 1.
         Width = &Row {
-            id: "width", name: "Room Width", module: SOUND, values: Values::Number(Unit::Share, 0.0, 2.0), default: 1.0, label: "Width",
+            id: "width", name: "Room Width", module: SOUND, values: Values::Number(Unit::Share, 0.0, 2.0), default: 1.0,
+            label: "Width",
             help: "How unlike both ears hear the room: 0 % the same, 100 % as it is; the straight sound stays",
         },
         /// Below this frequency the bass is taken off, hertz; 0 for not.
         LowCut = &Row {
-            id: "lowcut", name: "Low Cut", module: SOUND, values: Values::Number(Unit::Hertz, 0.0, 500.0), default: 0.0, label: "Low cut",
+            id: "lowcut", name: "Low Cut", module: SOUND, values: Values::Number(Unit::Hertz, 0.0, 500.0), default: 0.0,
+            label: "Low cut",
             help: "Takes the bass off below this frequency, 12 dB an octave, before the room; 0 takes nothing off",
         },
         /// Whether neither the dry nor the direct sound is heard.
@@ -213,7 +226,8 @@ parameters! {
         },
         /// Scene file of the library, 0 for the one saved with the project.
         Slot = &Row {
-            id: "slot", name: "Library Scene", module: SCENE, values: Values::Slot(SlotKind::Scene), default: 0.0, label: "File",
+            id: "slot", name: "Library Scene", module: SCENE, values: Values::Slot(SlotKind::Scene), default: 0.0,
+            label: "File",
             help: "Which file of the library is played; 0 is the project's own",
         },
         /// Camera path file of the library, 0 for the one saved with the project.
@@ -223,12 +237,14 @@ parameters! {
         },
         /// Whether Open Sound Control is received.
         Osc = &Row {
-            id: "osc", name: "Open Sound Control", module: REMOTE, values: Values::Switch, default: 0.0, label: "Listen at port",
+            id: "osc", name: "Open Sound Control", module: REMOTE, values: Values::Switch, default: 0.0,
+            label: "Listen at port",
             help: "Takes messages of head trackers and remote controls at this port (UDP)",
         },
         /// How late the sound is: [`choices::LatencyChoice`].
         Latency = &Row {
-            id: "latency", name: "Latency", module: SOUND, values: Values::Choice(Choice::Latency), default: 0.0, label: "Latency",
+            id: "latency", name: "Latency", module: SOUND, values: Values::Choice(Choice::Latency), default: 0.0,
+            label: "Latency",
             help: "How much later the sound comes out than it went in; hosts that make up for it start anew after a change. \
                 Presets and undo leave it as it is",
         },

@@ -10,7 +10,7 @@ use crate::worker::marks::Marks;
 use crate::worker::repaint::Repaint;
 use std::cell::RefCell;
 use std::collections::BTreeMap;
-use std::sync::atomic::{AtomicU32, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 use std::sync::{Arc, Mutex, OnceLock, Weak};
 
 /// Red, green and blue.
@@ -120,6 +120,8 @@ pub struct HostSide {
     calls: OnceLock<HostCalls>,
     /// Loads what is chosen for a sample rate, Hz, and finds its latency and tail, samples.
     prepare: OnceLock<Prepare>,
+    /// Whether the host has said, for the next activation, that it renders offline.
+    offline: AtomicBool,
 }
 
 /// From a sample rate, Hz, to latency and tail, samples.
@@ -201,6 +203,16 @@ impl HostSide {
     /// How latency and tail are found before an activation, once.
     pub(crate) fn prepare_by(&self, prepare: impl Fn(f64) -> Option<[u32; 2]> + Send + Sync + 'static) {
         let _first = self.prepare.set(Box::new(prepare));
+    }
+
+    /// The host says how it renders from the next activation on. The VST3 wrapper hands on the mode of the time before.
+    pub(crate) fn announce(&self, offline: bool) {
+        self.offline.store(offline, Ordering::Release);
+    }
+
+    /// Whether the host has said that it renders offline.
+    pub(crate) fn is_offline(&self) -> bool {
+        self.offline.load(Ordering::Acquire)
     }
 
     /// Finds latency and tail at the sample rate of the next activation, Hz: hosts may ask before it. Main thread; loads files.

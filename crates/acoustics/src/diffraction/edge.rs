@@ -44,8 +44,8 @@ impl Edge {
         ((point - self.start).dot(self.along), x.hypot(y), y.atan2(x).rem_euclid(TAU))
     }
 
-    /// The point of the edge that the shortest path from one place to another in its shadow goes through: both sides of the edge
-    /// unfolded into a plane, it is straight.
+    /// The point of the edge that the shortest path from one place to another in its shadow goes through: both sides of the
+    /// edge unfolded into a plane, it is straight.
     pub(super) fn bend(&self, from: DVec3, to: DVec3) -> Option<DVec3> {
         let ((_, _, angle), (_, _, other_angle)) = (self.cylinder(from), self.cylinder(to));
         let hidden = angle.max(other_angle) < self.open && (angle - other_angle).abs() > PI;

@@ -13,8 +13,8 @@ struct Face {
 
 /// Faces of the hull by numbers of points, each once round to the left seen from outside; none where all points lie in a plane.
 ///
-/// Quickhull: Barber, Dobkin and Huhdanpaa, "The Quickhull Algorithm for Convex Hulls", ACM Transactions on Mathematical Software
-/// 22, 1996.
+/// Quickhull: Barber, Dobkin and Huhdanpaa, "The Quickhull Algorithm for Convex Hulls", ACM Transactions on Mathematical
+/// Software 22, 1996.
 pub(super) fn hull(points: &[Point]) -> Option<Vec<[usize; 3]>> {
     let mut faces: HashMap<usize, Face> =
         first(points)?.map(|corners| Face { corners, outside: Vec::new() }).into_iter().enumerate().collect();

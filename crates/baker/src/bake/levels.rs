@@ -44,8 +44,8 @@ pub(crate) fn levelled<'a>(responses: &'a Responses, layout: &Layout, used: &[us
         response.left.iter_mut().chain(&mut response.right).for_each(|sample| *sample *= gain);
     }
     let note = format!(
-        "late levels of a place differ by {deviation_db:.1} dB from one direction to another (standard deviation), as where each \
-         response was normalised by itself: each was given one gain, by its late level"
+        "late levels of a place differ by {deviation_db:.1} dB from one direction to another (standard deviation), as where \
+         each response was normalised by itself: each was given one gain, by its late level"
     );
     (Cow::Owned(even), Some(note))
 }

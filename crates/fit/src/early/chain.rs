@@ -83,8 +83,8 @@ impl Chain {
         Some(Self { response, lead: before, arrivals_s, delay_s, known, speed_m_s })
     }
 
-    /// The chain with these energies in its lowest octaves, dB: its window is too short for them, where walls have answered before
-    /// they have passed.
+    /// The chain with these energies in its lowest octaves, dB: its window is too short for them, where walls have answered
+    /// before they have passed.
     #[must_use]
     pub fn with_levels(&self, levels_db: &[f64], sample_rate_hz: f64) -> Self {
         let length = (4 * self.response.len()).next_power_of_two();

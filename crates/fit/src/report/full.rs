@@ -217,8 +217,8 @@ fn walls(fit: &FullFit) -> String {
         let cells = [signed(found.moved_m, found.error_m), format!("{:.1}", found.scanned.stands_out), said.to_owned()];
         rows.push(row(&fit.room.surfaces[wall.surface], cells.into_iter()));
     }
-    "\n## Walls\n\nHow far each moved outwards, with one standard error, and by how many standard deviations its echoes stand out \
-     of the scan.\n\n"
+    "\n## Walls\n\nHow far each moved outwards, with one standard error, and by how many standard deviations its echoes \
+     stand out of the scan.\n\n"
         .to_owned()
         + &markdown_table(&rows)
 }

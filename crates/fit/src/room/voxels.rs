@@ -2,8 +2,8 @@
 //!
 //! A mesh is cut where a lattice over its bounds cuts it, so that patches of walls that meet have the same corners. A
 //! reflection has the mean of the patches about the place where it is mirrored, weighted by a Gaussian with the covariance of
-//! its footprint, as the basis points of AV-DAR are (Jin et al. 2025): the first Fresnel zone at 4 kHz, longer along the path of
-//! the sound.
+//! its footprint, as the basis points of AV-DAR are (Jin et al. 2025): the first Fresnel zone at 4 kHz, longer along the path
+//! of the sound.
 
 use super::vectors::{cross, dot, less};
 use super::wall::FlatWall;

@@ -1,8 +1,8 @@
 //! A box of which nothing is stated, from responses and their places: where its six walls are.
 //!
-//! Each wall alone is scanned as in [`wall_scan`](super::wall_scan), from the outermost place outwards. Of each the best few distances are
-//! kept, and of all their combinations that one is taken whose single echoes and echoes of two walls together are the
-//! strongest: the sum over walls and pairs of walls is looked up, so that all combinations are tried.
+//! Each wall alone is scanned as in [`wall_scan`](super::wall_scan), from the outermost place outwards. Of each the best few
+//! distances are kept, and of all their combinations that one is taken whose single echoes and echoes of two walls together are
+//! the strongest: the sum over walls and pairs of walls is looked up, so that all combinations are tried.
 
 use super::wall_scan::{BESIDE_M, REACH, STEP_M, Scanned, WITH_OTHERS, echo_of, echoes, judge, mirrored};
 use crate::early::{Chain, EarlyModel, Unknowns};

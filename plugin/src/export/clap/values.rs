@@ -1,4 +1,5 @@
-//! Values in a host's list of events: they reach the parameters by [`HostValues`], and the framework is shown their places only.
+//! Values in a host's list of events: they reach the parameters by [`HostValues`], and the framework is shown their places
+//! only.
 
 use super::{further_ports, hosted};
 use crate::export::guard::guard;

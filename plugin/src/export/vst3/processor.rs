@@ -14,7 +14,7 @@ use crate::worker::lock::{lock, try_lock};
 use nice_plug::wrapper::vst3::vst3::ComRef;
 use nice_plug::wrapper::vst3::vst3::Steinberg::Vst::{
     BusDirection, BusDirections_, IAudioProcessor, IAudioProcessorVtbl, IParamValueQueueTrait, IParameterChanges,
-    IParameterChangesTrait, ProcessData, ProcessSetup, SpeakerArr, SpeakerArrangement,
+    IParameterChangesTrait, ProcessData, ProcessModes_, ProcessSetup, SpeakerArr, SpeakerArrangement,
 };
 use nice_plug::wrapper::vst3::vst3::Steinberg::{TBool, kInvalidArgument, kResultFalse, kResultOk, tresult};
 
@@ -124,6 +124,7 @@ unsafe extern "system" fn setup_processing(this: *mut IAudioProcessor, setup: *m
     let Some(setup) = unsafe { setup.as_ref() }.filter(|_| result == kResultOk) else { return result };
     guard(kResultFalse, || {
         let hosted = table.hosted();
+        hosted.side.announce(setup.processMode == ProcessModes_::kOffline as i32);
         hosted.side.prepare(setup.sampleRate);
         let mut room = lock(&hosted.block);
         room.is_set_up = true;

@@ -68,8 +68,8 @@ pub(super) fn finish(path: &Path, set: &mut Responses, azimuths_are_certain: boo
     Ok(())
 }
 
-/// A response with its interaural delay, seconds, where a quarter of all, and at least three, have longer ones than any head has
-/// in their directions: then these are not directions.
+/// A response with its interaural delay, seconds, where a quarter of all, and at least three, have longer ones than any head
+/// has in their directions: then these are not directions.
 fn beyond_any_head(set: &Responses) -> Option<(&str, f64)> {
     /// The delays of a rigid sphere (Woodworth 1938) as wide as a head, and this much more, seconds: echoes move delays too.
     const HEAD_S: f64 = 0.0875 / 343.0;

@@ -1,5 +1,5 @@
-//! What is known of patches before sound is asked: a field that is smooth between neighbours and bands, with edges where it must
-//! have them.
+//! What is known of patches before sound is asked: a field that is smooth between neighbours and bands, with edges where it
+//! must have them.
 
 use crate::bands::{BANDS, PerBand};
 use crate::room::Voxels;
