@@ -96,7 +96,7 @@ fn dependency(package: &Package) -> Result<Dependency> {
     let of = || format!("{} {}", package.name, package.version);
     let expression = Expression::parse_mode(&offered, ParseMode::LAX)
         .with_context(|| format!("{} has no licence that can be read, found \"{offered}\"", of()))?;
-    let chosen = chosen(&expression, &package.name.to_string())
+    let chosen = chosen(&expression, package.name.as_ref())
         .with_context(|| format!("{} has no licence that is allowed, found \"{offered}\"", of()))?;
     let folder = package.manifest_path.parent().with_context(|| format!("{} has no folder", of()))?.as_std_path();
     let mut texts = Vec::new();

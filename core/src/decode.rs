@@ -80,7 +80,7 @@ impl Hops {
     }
 
     pub(crate) fn contains(self, hop: usize) -> bool {
-        (self.first..self.end).contains(&hop) && (hop - self.first) % self.step == 0
+        (self.first..self.end).contains(&hop) && (hop - self.first).is_multiple_of(self.step)
     }
 
     pub(crate) fn iter(self) -> impl Iterator<Item = usize> {
