@@ -50,7 +50,7 @@ impl Bands {
     }
 
     /// Values at the bands of values at seven octaves from 125 Hz, as materials have them.
-    pub(crate) fn from_materials(&self, octaves: &[f64; 7]) -> PerBand {
+    pub(crate) fn of_material_octaves(&self, octaves: &[f64; 7]) -> PerBand {
         self.from_octaves(&std::array::from_fn::<f64, 8, _>(|o| octaves[o.saturating_sub(1)]))
     }
 

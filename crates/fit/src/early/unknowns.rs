@@ -92,7 +92,7 @@ impl Prior {
     ) -> Self {
         let mut prior = Self { mean: vec![0.0; u.count()], sd: vec![0.0; u.count()], steps: Vec::new() };
         let (mean, sd, octave) = of_table();
-        let (mean, sd) = (bands.from_materials(&mean), bands.from_materials(&sd));
+        let (mean, sd) = (bands.of_material_octaves(&mean), bands.of_material_octaves(&sd));
         let octaves = bands.octaves_apart();
         let mut set_one = |i: usize, mean: f64, sd: f64| (prior.mean[i], prior.sd[i]) = (mean, sd);
         for b in 0..BANDS {

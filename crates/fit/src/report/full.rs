@@ -36,7 +36,7 @@ impl FittedRoom for FullFit {
     }
 
     fn set_absorption(&mut self, surface: usize, absorption: &Octaves) {
-        let stated = self.bands.from_materials(&absorption.map(f64::from)).map(Estimate::stated);
+        let stated = self.bands.of_material_octaves(&absorption.map(f64::from)).map(Estimate::stated);
         self.surfaces[surface].absorption = stated;
         if let Some(own) = &mut self.voxels {
             let of_surface = |(patch, _): &(&Patch, &mut [Estimate; BANDS])| patch.surface == surface;

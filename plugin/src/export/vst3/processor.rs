@@ -124,7 +124,7 @@ unsafe extern "system" fn setup_processing(this: *mut IAudioProcessor, setup: *m
     let Some(setup) = unsafe { setup.as_ref() }.filter(|_| result == kResultOk) else { return result };
     guard(kResultFalse, || {
         let hosted = table.hosted();
-        hosted.side.announce(setup.processMode == ProcessModes_::kOffline as i32);
+        hosted.side.announce(setup.processMode == ProcessModes_::kOffline.cast_signed());
         hosted.side.prepare(setup.sampleRate);
         let mut room = lock(&hosted.block);
         room.is_set_up = true;

@@ -114,7 +114,7 @@ impl<'a> PatchFitter<'a> {
         let stage = model.stage(what, (LOWEST_HZ, HIGHEST * model.rate_hz));
         let diffuse = tie.diffuse(&whole, &of_whole, &tie.early(fit.window_s + BEHIND_S), false);
         let chain_db = fit.chain_db(model.rate_hz);
-        let (voxels, table) = (Arc::clone(voxels), fit.bands.from_materials(&of_table().1));
+        let (voxels, table) = (Arc::clone(voxels), fit.bands.of_material_octaves(&of_table().1));
         Ok(Self { voxels, features, table, room, model, whole, tie, geometry, stage, diffuse, chain_db, of_whole, seed })
     }
 
