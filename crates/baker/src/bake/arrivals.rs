@@ -2,6 +2,7 @@
 
 use crate::bake::direct::Direct;
 use crate::sources::responses::Response;
+use promenade_metrics::statistics::median_high;
 
 /// A sphere in the place of a head, metres, and the speed of sound, metres a second.
 const RADIUS_M: f64 = 0.0875;
@@ -24,18 +25,14 @@ pub(crate) fn wrong(measured: &[&Response], directs: &[Direct], rate_hz: f64) ->
     };
     let ways: Vec<f64> = measured.iter().map(|r| way(r)).collect();
     let begins: Vec<f64> = directs.iter().zip(&ways).map(|(d, way)| d.arrival as f64 / rate_hz - way).collect();
-    let begin = median(begins.clone());
+    let Some(begin) = median_high(begins.iter().copied()) else { return Vec::new() };
     let off = |begin_s: &f64| begin_s - begin;
-    if begins.len() < FEWEST || median(begins.iter().map(|b| off(b).abs()).collect()) > CONSISTENT_S {
+    let usual = median_high(begins.iter().map(|b| off(b).abs()));
+    if begins.len() < FEWEST || usual.is_none_or(|usual| usual > CONSISTENT_S) {
         return Vec::new();
     }
     let wrong = begins.iter().enumerate().filter(|(_, b)| off(b).abs() > WRONG_S);
     wrong.map(|(i, _)| (i, ((begin + ways[i]) * rate_hz).round() as i64)).collect()
-}
-
-fn median(mut values: Vec<f64>) -> f64 {
-    values.sort_by(f64::total_cmp);
-    values.get(values.len() / 2).copied().unwrap_or(0.0)
 }
 
 #[cfg(test)]
