@@ -19,7 +19,7 @@ use std::process::ExitCode;
 /// What there is to say of a command line, on one screen.
 const HELP: &str = "\
 SCENE DRY OUT [options]   plays DRY (WAV, FLAC) through SCENE into OUT
-SCENE DRY --play          plays to the sound card, in a build with the feature `play`
+SCENE DRY --play          plays to the sound card (feature `play`)
 
 The listener
   --path FILE               walks: .json, .csv, .gltf, .glb, COLMAP, transforms.json or ADM
