@@ -24,7 +24,7 @@ const SHARES: [f64; 5] = [0.9, 0.75, 0.5, 0.35, 0.2];
 /// What every instance is given.
 fn talkers(blocks: usize) -> Vec<Vec<f32>> {
     let speech = Path::new(env!("CARGO_MANIFEST_DIR")).join("../data/speech.wav");
-    let speech = promenade_audio::wav::read(&speech).expect("the speech can be read");
+    let speech = promenade_audio::sound::read(&speech).expect("the speech can be read");
     let [speech] = &speech.channels[..] else { panic!("the speech has one channel") };
     let talks = |number: usize, at: usize| !(at / 72_000 + number).is_multiple_of(3);
     let talker = |number: usize| {

@@ -493,3 +493,25 @@ mod needs_screen {
         });
     }
 }
+
+/// As Element did to 1.1.0.
+#[test]
+fn a_host_that_stops_and_starts_around_each_block_hears_the_same() {
+    let _alone = alone();
+    let heard = |pauses: bool| -> Vec<f32> {
+        let mut instance: BareClap = playing();
+        let blocks = (0..20).map(|block| {
+            if pauses {
+                instance.play(false);
+                instance.play(true);
+            }
+            let input = if block < 4 { noise(BLOCK) } else { vec![0.0; BLOCK] };
+            let [left, right] = instance.block(&input, &[]);
+            [left, right].concat()
+        });
+        blocks.collect::<Vec<_>>().concat()
+    };
+    let (steady, pausing) = (heard(false), heard(true));
+    assert!(steady.iter().any(|v| v.abs() > 1e-3));
+    assert_eq!(steady, pausing);
+}

@@ -55,6 +55,72 @@ fn stl_and_ply_files_hold_one_group() {
 }
 
 #[test]
+fn solids_of_a_text_are_groups_and_a_binary_file_may_begin_with_that_word() {
+    let folder = tempfile::tempdir().unwrap();
+    let facet =
+        |z: u32| format!("facet normal 0 0 1\nouter loop\nvertex 0 0 {z}\nvertex 2 0 {z}\nvertex 0 3 {z}\nendloop\nendfacet\n");
+    let text = format!("solid floor\n{}endsolid floor\nsolid my ceiling\n{}endsolid\n", facet(0), facet(2));
+    let mesh = Mesh::load(&written(&folder, "a.stl", text.as_bytes())).unwrap();
+    assert_eq!((mesh.triangles.len(), &mesh.groups[..]), (2, &["floor".to_owned(), "my ceiling".to_owned()][..]));
+    assert_eq!(mesh.bounds(), [[0.0; 3], [2.0, 3.0, 2.0]]);
+    let unnamed = format!("solid\n{}endsolid\n", facet(0));
+    assert_eq!(Mesh::load(&written(&folder, "b.stl", unnamed.as_bytes())).unwrap().triangles.len(), 1);
+    let mut binary = b"solid written by a program that knows no better".to_vec();
+    binary.resize(80, b' ');
+    binary.extend(1_u32.to_le_bytes());
+    binary.extend([0.0_f32, 0.0, 1.0, 0.0, 0.0, 0.0, 2.0, 0.0, 0.0, 0.0, 3.0, 0.0].iter().flat_map(|v| v.to_le_bytes()));
+    binary.extend([0, 0]);
+    assert_eq!(Mesh::load(&written(&folder, "c.stl", &binary)).unwrap().triangles.len(), 1);
+}
+
+#[test]
+fn lines_of_obj_go_on_after_a_backslash_and_words_may_be_apart_by_tabs() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = "v 0 0 0\nv 2 0 0\nv 2 3 0\nv 0 3 0\nusemtl\tbrick wall\nf 1 2 \\\r\n 3 4\n";
+    let mesh = Mesh::load(&written(&folder, "a.obj", text.as_bytes())).unwrap();
+    assert_eq!((mesh.triangles.len(), &mesh.groups[..]), (2, &["brick wall".to_owned()][..]));
+}
+
+/// A glTF file of one primitive over a buffer.
+fn gltf(mode: u32, component: u32, count: usize, more: &str, uri: &str, bytes: usize) -> String {
+    format!(
+        r#"{{"asset":{{"version":"2.0"}},{more}"scene":0,"scenes":[{{"nodes":[0]}}],"nodes":[{{"mesh":0}}],
+        "meshes":[{{"primitives":[{{"attributes":{{"POSITION":0}},"mode":{mode}}}]}}],
+        "accessors":[{{"bufferView":0,"componentType":{component},"count":{count},"type":"VEC3","min":[0,0,0],"max":[2,3,0]}}],
+        "bufferViews":[{{"buffer":0,"byteLength":{bytes},"byteStride":{stride}}}],
+        "buffers":[{{"uri":"{uri}","byteLength":{bytes}}}]}}"#,
+        stride = bytes / count
+    )
+}
+
+#[test]
+fn strips_fans_integers_and_buffers_of_all_kinds_are_read_from_gltf() {
+    let folder = tempfile::tempdir().unwrap();
+    let floats: Vec<u8> = [[0.0_f32, 0.0], [2.0, 0.0], [0.0, 3.0], [2.0, 3.0]]
+        .iter()
+        .flat_map(|[x, y]| [*x, *y, 0.0].map(f32::to_le_bytes).concat())
+        .collect();
+    // The format's own way to write a space.
+    written(&folder, "My Room.bin", &floats);
+    let of = |text: String| Mesh::load(&written(&folder, "a.gltf", text.as_bytes()));
+    for (mode, triangles) in [(4, 1), (5, 2), (6, 2)] {
+        let mesh = of(gltf(mode, 5126, 4, "", "My%20Room.bin", 48)).unwrap();
+        assert_eq!((mesh.triangles.len(), mesh.bounds()), (triangles, [[0.0; 3], [2.0, 0.0, 3.0]]), "{mode}");
+    }
+    let embedded = "data:application/octet-stream;base64,AAAAAAAAAAAAAAAAAAAAQAAAAAAAAAAAAAAAAAAAQEAAAAAA";
+    assert_eq!(of(gltf(4, 5126, 3, "", embedded, 36)).unwrap().bounds()[1], [2.0, 0.0, 3.0]);
+    // Whole numbers of 16 bits, four bytes to spare.
+    let shorts: Vec<u8> =
+        [[0_u16, 0], [2, 0], [0, 3]].iter().flat_map(|[x, y]| [*x, *y, 0, 0].map(u16::to_le_bytes).concat()).collect();
+    written(&folder, "small.bin", &shorts);
+    let quantized = r#""extensionsRequired":["KHR_mesh_quantization","KHR_materials_unlit"],"#;
+    assert_eq!(of(gltf(4, 5123, 3, quantized, "small.bin", 24)).unwrap().bounds()[1], [2.0, 0.0, 3.0]);
+    let draco = r#""extensionsRequired":["KHR_draco_mesh_compression"],"#;
+    let error = of(gltf(4, 5126, 4, draco, "My%20Room.bin", 48)).unwrap_err().to_string();
+    assert!(error.contains("found KHR_draco_mesh_compression"), "{error}");
+}
+
+#[test]
 fn gltf_files_are_turned_upright() {
     let folder = tempfile::tempdir().unwrap();
     let positions = [0.0_f32, 0.0, 0.0, 2.0, 0.0, 0.0, 0.0, 3.0, 0.0];

@@ -31,9 +31,16 @@ impl Draft {
     /// Opens `NAME.PID-N.promenade-partial` beside `target`, or beside what it links to.
     ///
     /// # Errors
-    /// A target that exists and is no regular file (a folder, a device), links in a circle, or a folder that cannot be written
-    /// to.
+    /// A target that exists and is no regular file (a folder, a device), or is kept as an input (see [`file::keep_inputs`]),
+    /// links in a circle, or a folder that cannot be written to.
     pub fn create(target: &Path) -> Result<(Self, File), FileError> {
+        if file::is_input(target) {
+            return Err(FileError::content(target, "the name of a file that is not read as well", "one that is"));
+        }
+        Self::replacing(target)
+    }
+
+    fn replacing(target: &Path) -> Result<(Self, File), FileError> {
         static COUNT: AtomicU32 = AtomicU32::new(0);
         let target = &linked(target)?;
         // A rename would replace a device, such as the null device.
@@ -124,7 +131,18 @@ fn remove_leftovers(folder: &Path) {
 /// # Errors
 /// Those of [`Draft::create`], or the disk is full or read-only.
 pub fn write(target: &Path, bytes: &[u8]) -> Result<(), FileError> {
-    let (draft, mut file) = Draft::create(target)?;
+    fill(Draft::create(target)?, target, bytes)
+}
+
+/// Writes a whole file at once over one that may have been read, as a state that goes on.
+///
+/// # Errors
+/// Those of [`write`], but for inputs.
+pub fn replace(target: &Path, bytes: &[u8]) -> Result<(), FileError> {
+    fill(Draft::replacing(target)?, target, bytes)
+}
+
+fn fill((draft, mut file): (Draft, File), target: &Path, bytes: &[u8]) -> Result<(), FileError> {
     file.write_all(bytes).and_then(|()| file.sync_all()).map_err(FileError::write(target))?;
     drop(file);
     draft.publish()

@@ -1,8 +1,24 @@
 //! Regular files, read up to a limit.
 
+use std::collections::BTreeSet;
 use std::fs::{self, File};
 use std::io::{Error, ErrorKind, Read, Result};
-use std::path::Path;
+use std::path::{Path, PathBuf};
+use std::sync::{Mutex, PoisonError};
+
+/// What has been read, by its real path, once that is to be kept.
+static INPUTS: Mutex<Option<BTreeSet<PathBuf>>> = Mutex::new(None);
+
+/// From now on a file that has been read in this process is not written over; for programs that make one file of others.
+pub fn keep_inputs() {
+    INPUTS.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert_default();
+}
+
+/// Whether a path leads to a file that was read and is to be kept.
+pub(crate) fn is_input(path: &Path) -> bool {
+    let inputs = INPUTS.lock().unwrap_or_else(PoisonError::into_inner);
+    inputs.as_ref().is_some_and(|inputs| path.canonicalize().is_ok_and(|path| inputs.contains(&path)))
+}
 
 /// Whether a path names a regular file, or a link to one.
 ///
@@ -11,6 +27,9 @@ use std::path::Path;
 pub fn check(path: &Path) -> Result<()> {
     let about = fs::metadata(path)?;
     if about.is_file() {
+        if let Some(inputs) = &mut *INPUTS.lock().unwrap_or_else(PoisonError::into_inner) {
+            inputs.insert(path.canonicalize()?);
+        }
         return Ok(());
     }
     let found = if about.is_dir() { "a folder" } else { "a pipe, a socket or a device" };

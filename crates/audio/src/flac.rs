@@ -1,6 +1,6 @@
 //! FLAC files as planar `f32`.
 
-use crate::wav::{Wav, check_rate};
+use crate::sound::{Sound, check_rate};
 use crate::{FileError, file, narrow};
 use claxon::FlacReader;
 use std::fs::File;
@@ -10,15 +10,19 @@ use std::path::Path;
 /// Reads a whole FLAC file of up to `max_samples` samples of all channels together.
 ///
 /// # Errors
-/// A file that is missing, damaged, cut short or too long, or a rate outside [`crate::wav::SAMPLE_RATES_HZ`]. The message names
+/// A file that is missing, damaged, cut short or too long, or a rate outside [`crate::sound::SAMPLE_RATES_HZ`]. The message names
 /// the file.
-pub fn read_limited(path: &Path, max_samples: u64) -> Result<Wav, FileError> {
+pub(crate) fn read_limited(path: &Path, max_samples: u64) -> Result<Sound, FileError> {
     let unreadable = |source: claxon::Error| match source {
         claxon::Error::IoError(source) if source.kind() != std::io::ErrorKind::UnexpectedEof => FileError::read(path)(source),
         source => FileError::unreadable(path, "FLAC file", source),
     };
     let mut file = file::open(path).map_err(FileError::read(path))?;
-    let (size, stated) = metadata_end(&mut file).map_err(FileError::read(path))?;
+    let ends = |file: &mut File| {
+        let start = start(file)?.unwrap_or(0);
+        metadata_end(file, start)
+    };
+    let (size, stated) = ends(&mut file).map_err(FileError::read(path))?;
     if stated > size {
         return Err(FileError::content(
             path,
@@ -63,20 +67,33 @@ pub fn read_limited(path: &Path, max_samples: u64) -> Result<Wav, FileError> {
             Err(FileError::content(path, format!("{expected} samples, as its header says"), format!("{frames}")))
         }
         _ if frames == 0 => Err(FileError::content(path, "at least one sample", "none")),
-        _ => Ok(Wav { sample_rate_hz: info.sample_rate, channels }),
+        _ => Ok(Sound { sample_rate_hz: info.sample_rate, channels }),
     }
 }
 
-/// Size of a file, and where its blocks of metadata end as they say themselves, bytes. The decoder asks for memory by what they
-/// say.
-fn metadata_end(file: &mut File) -> io::Result<(u64, u64)> {
+/// Where the mark "fLaC" is: at the start, or after a tag of ID3 version 2, whose size has four times seven bits (ID3v2.4.0,
+/// section 3.1).
+pub(crate) fn start(file: &mut File) -> io::Result<Option<u64>> {
+    let mut head = [0; 10];
+    let mut at = 0;
+    file.rewind()?;
+    if file.read_exact(&mut head).is_ok() && head.starts_with(b"ID3") {
+        at = 10 + head[6..].iter().fold(0_u64, |sum, byte| sum << 7 | u64::from(byte & 0x7F));
+    }
+    let mut mark = Vec::new();
+    file.seek(SeekFrom::Start(at))?;
+    file.by_ref().take(4).read_to_end(&mut mark)?;
+    Ok((mark == b"fLaC").then_some(at))
+}
+
+/// Size of a file, and where its blocks of metadata end as they say themselves, bytes; leaves the file at `start`, where FLAC
+/// begins. The decoder asks for memory by what they say.
+fn metadata_end(file: &mut File, start: u64) -> io::Result<(u64, u64)> {
     let size = file.seek(SeekFrom::End(0))?;
     // After the mark "fLaC" each block has four bytes of its own: whether it is the last, its kind, its length (RFC 9639,
     // section 8.1).
-    let (mut end, mut mark) = (4, Vec::new());
-    file.rewind()?;
-    file.by_ref().take(end).read_to_end(&mut mark)?;
-    while mark == b"fLaC" && end + 4 <= size {
+    let mut end = start + 4;
+    while end + 4 <= size {
         file.seek(SeekFrom::Start(end))?;
         let mut header = [0; 4];
         file.read_exact(&mut header)?;
@@ -86,6 +103,6 @@ fn metadata_end(file: &mut File) -> io::Result<(u64, u64)> {
             break;
         }
     }
-    file.rewind()?;
-    Ok((size, if mark == b"fLaC" { end } else { 0 }))
+    file.seek(SeekFrom::Start(start))?;
+    Ok((size, end))
 }

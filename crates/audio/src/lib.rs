@@ -1,14 +1,15 @@
-//! Audio files and sample rates, offline: WAV in and out, FLAC in, files that are whole or not there, conversion between rates,
+//! Audio files and sample rates, offline: WAV in and out, FLAC and AIFF in, files that are whole or not there, conversion between rates,
 //! NumPy's arrays.
 
 #![cfg_attr(not(test), warn(clippy::cast_possible_truncation, clippy::cast_sign_loss, clippy::cast_possible_wrap))]
 
 pub mod atomic;
-mod chunks;
 mod error;
 pub mod file;
-pub mod flac;
+mod flac;
+mod layout;
 pub mod npy;
+pub mod pcm;
 pub mod resample;
 pub mod sound;
 pub mod wav;

@@ -1,27 +1,72 @@
-//! Sound files of any kind that is read.
+//! Sound files of any kind that is read, whole, as planar `f32`.
 
-use crate::wav::{self, MAX_SAMPLES, Wav};
-use crate::{FileError, flac};
+use crate::pcm::PcmReader;
+use crate::{FileError, file, flac};
 use std::path::Path;
 
-/// Whether a file is read as FLAC, by the end of its name.
-#[must_use]
-pub fn is_flac(path: &Path) -> bool {
-    path.extension().is_some_and(|e| e.eq_ignore_ascii_case("flac"))
+/// Sample rates that are believed, hertz.
+pub const SAMPLE_RATES_HZ: std::ops::RangeInclusive<u32> = 1_000..=1_000_000;
+/// Samples of all channels that [`read`] takes into memory: 1 GiB of `f32`.
+pub const MAX_SAMPLES: u64 = 1 << 28;
+/// Endings of names of files that are read.
+pub const ENDINGS: [&str; 5] = ["wav", "flac", "aif", "aiff", "aifc"];
+
+/// A whole sound.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Sound {
+    /// Samples per second.
+    pub sample_rate_hz: u32,
+    /// Samples of each channel, full scale 1, all of the same length.
+    pub channels: Vec<Vec<f32>>,
 }
 
-/// Reads a whole file: FLAC where its name ends so, or else WAV.
+impl Sound {
+    /// Samples per channel.
+    #[must_use]
+    pub fn frames(&self) -> usize {
+        self.channels.first().map_or(0, Vec::len)
+    }
+}
+
+/// Whether the rate of a file is believed.
+pub(crate) fn check_rate(path: &Path, sample_rate_hz: u32) -> Result<(), FileError> {
+    let (low, high) = (SAMPLE_RATES_HZ.start(), SAMPLE_RATES_HZ.end());
+    let wrong = || FileError::content(path, format!("a sample rate of {low} to {high} Hz"), format!("{sample_rate_hz} Hz"));
+    SAMPLE_RATES_HZ.contains(&sample_rate_hz).then_some(()).ok_or_else(wrong)
+}
+
+/// Whether a file's content begins as FLAC, perhaps after an ID3 tag.
 ///
 /// # Errors
-/// A file that is missing, damaged or too long, or a sample that is not finite.
-pub fn read(path: &Path) -> Result<Wav, FileError> {
+/// A file that cannot be read.
+pub fn is_flac(path: &Path) -> Result<bool, FileError> {
+    let mut file = file::open(path).map_err(FileError::read(path))?;
+    flac::start(&mut file).map(|start| start.is_some()).map_err(FileError::read(path))
+}
+
+/// Reads a whole file: FLAC, WAV (RIFF, RF64 or BW64) or AIFF, whatever its name, of any number of channels.
+///
+/// # Errors
+/// A file that is missing, no regular file, empty, damaged, cut short or holds more than [`MAX_SAMPLES`] samples; a rate
+/// outside [`SAMPLE_RATES_HZ`]; a sample that is not finite. The message names the file, what was expected and what was found.
+pub fn read(path: &Path) -> Result<Sound, FileError> {
     read_limited(path, MAX_SAMPLES)
 }
 
 /// [`read`] with another limit on the samples of all channels together.
 ///
 /// # Errors
-/// A file that is missing, damaged or too long, or a sample that is not finite.
-pub fn read_limited(path: &Path, max_samples: u64) -> Result<Wav, FileError> {
-    if is_flac(path) { flac::read_limited(path, max_samples) } else { wav::read_limited(path, max_samples) }
+/// Those of [`read`], with the other limit.
+pub fn read_limited(path: &Path, max_samples: u64) -> Result<Sound, FileError> {
+    if is_flac(path)? {
+        return flac::read_limited(path, max_samples);
+    }
+    let mut reader = PcmReader::open(path)?;
+    let samples = u64::from(reader.frames()) * u64::from(reader.channels());
+    if samples > max_samples {
+        return Err(FileError::content(path, format!("at most {max_samples} samples"), format!("{samples}")));
+    }
+    let mut channels = vec![Vec::new(); usize::from(reader.channels())];
+    reader.read(reader.frames() as usize, &mut channels)?;
+    Ok(Sound { sample_rate_hz: reader.sample_rate_hz(), channels })
 }

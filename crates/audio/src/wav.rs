@@ -1,188 +1,15 @@
-//! WAV files as planar `f32`: whole, or block by block for files longer than memory.
+//! WAV files of planar `f32`, written whole or block by block.
 
+use crate::FileError;
 use crate::atomic::Draft;
-use crate::chunks::Chunks;
-use crate::{FileError, file, narrow};
+use crate::sound::check_rate;
 use hound::{SampleFormat, WavSpec};
 use std::fs::File;
-use std::io::{BufReader, BufWriter, Chain, Cursor, Read, Seek, SeekFrom, Take};
-use std::path::{Path, PathBuf};
+use std::io::BufWriter;
+use std::path::Path;
 
-/// Sample rates that are believed, hertz.
-pub const SAMPLE_RATES_HZ: std::ops::RangeInclusive<u32> = 1_000..=1_000_000;
-/// Samples of all channels that [`read`] takes into memory: 1 GiB of `f32`.
-pub const MAX_SAMPLES: u64 = 1 << 28;
 /// A WAV file counts its bytes in 32 bits; this leaves room for its headers.
 const MAX_DATA_BYTES: u64 = u32::MAX as u64 - 4096;
-
-/// A whole WAV file.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Wav {
-    /// Samples per second.
-    pub sample_rate_hz: u32,
-    /// Samples of each channel, full scale 1, all of the same length.
-    pub channels: Vec<Vec<f32>>,
-}
-
-impl Wav {
-    /// Samples per channel.
-    #[must_use]
-    pub fn frames(&self) -> usize {
-        self.channels.first().map_or(0, Vec::len)
-    }
-}
-
-/// Whether the rate of a file is believed.
-pub(crate) fn check_rate(path: &Path, sample_rate_hz: u32) -> Result<(), FileError> {
-    let (low, high) = (SAMPLE_RATES_HZ.start(), SAMPLE_RATES_HZ.end());
-    let wrong = || FileError::content(path, format!("a sample rate of {low} to {high} Hz"), format!("{sample_rate_hz} Hz"));
-    SAMPLE_RATES_HZ.contains(&sample_rate_hz).then_some(()).ok_or_else(wrong)
-}
-
-/// Reads a whole WAV file (RIFF, RF64 or BW64): integers in containers of 8, 16, 24 or 32 bits or 32-bit floats, any number of
-/// channels.
-///
-/// # Errors
-/// A file that is missing, no regular file, empty, damaged, cut short or holds more than [`MAX_SAMPLES`] samples; a rate
-/// outside [`SAMPLE_RATES_HZ`]; a sample that is not finite. The message names the file, what was expected and what was found.
-pub fn read(path: &Path) -> Result<Wav, FileError> {
-    read_limited(path, MAX_SAMPLES)
-}
-
-/// [`read`] with another limit on the samples of all channels together.
-///
-/// # Errors
-/// Those of [`read`], with the other limit.
-pub fn read_limited(path: &Path, max_samples: u64) -> Result<Wav, FileError> {
-    let mut reader = WavReader::open(path)?;
-    let samples = u64::from(reader.frames()) * u64::from(reader.channels());
-    if samples > max_samples {
-        return Err(FileError::content(path, format!("at most {max_samples} samples"), format!("{samples}")));
-    }
-    let mut channels = vec![Vec::new(); usize::from(reader.channels())];
-    reader.read(reader.frames() as usize, &mut channels)?;
-    Ok(Wav { sample_rate_hz: reader.sample_rate_hz(), channels })
-}
-
-/// A plain header, and the samples of a file.
-type Samples = BufReader<Chain<Cursor<Vec<u8>>, Take<File>>>;
-
-/// Reads a WAV file of up to 4 GiB block by block.
-pub struct WavReader {
-    inner: hound::WavReader<Samples>,
-    path: PathBuf,
-    position: u32,
-}
-
-impl WavReader {
-    /// Opens a file and checks its header against its size.
-    ///
-    /// # Errors
-    /// Those of [`read`], but for what shows only in the samples; 4 GiB of samples or more.
-    pub fn open(path: &Path) -> Result<Self, FileError> {
-        let mut file = file::open(path).map_err(FileError::read(path))?;
-        let size = file.metadata().map_err(FileError::read(path))?.len();
-        if size == 0 {
-            return Err(FileError::content(path, "a WAV file", "an empty file"));
-        }
-        let unreadable = |source| FileError::unreadable(path, "WAV file", source);
-        let chunks = Chunks::read(&mut BufReader::new(&file)).map_err(unreadable)?;
-        let bytes = chunks.samples.end - chunks.samples.start;
-        if chunks.samples.end > size {
-            return Err(FileError::content(
-                path,
-                format!("{bytes} bytes of samples, as its header says"),
-                format!("a file of {size} bytes, cut short"),
-            ));
-        }
-        let Some(header) = chunks.header() else {
-            return Err(FileError::content(path, "less than 4 GiB of samples", format!("{bytes} bytes")));
-        };
-        file.seek(SeekFrom::Start(chunks.samples.start)).map_err(FileError::read(path))?;
-        let inner = hound::WavReader::new(BufReader::new(Cursor::new(header).chain(file.take(bytes)))).map_err(unreadable)?;
-        let spec = inner.spec();
-        if spec.channels == 0 {
-            return Err(FileError::content(path, "at least one channel", "none"));
-        }
-        check_rate(path, spec.sample_rate)?;
-        if inner.len() == 0 {
-            return Err(FileError::content(path, "at least one sample", "none"));
-        }
-        Ok(Self { inner, path: path.to_path_buf(), position: 0 })
-    }
-
-    /// Number of channels, at least 1.
-    #[must_use]
-    pub fn channels(&self) -> u16 {
-        self.inner.spec().channels
-    }
-
-    /// Samples per second.
-    #[must_use]
-    pub fn sample_rate_hz(&self) -> u32 {
-        self.inner.spec().sample_rate
-    }
-
-    /// Samples per channel in the whole file.
-    #[must_use]
-    pub fn frames(&self) -> u32 {
-        self.inner.duration()
-    }
-
-    /// Appends up to `frames` samples to each of `channels`; returns how many, 0 at the end.
-    ///
-    /// # Errors
-    /// A file that ends early or a sample that is not finite.
-    ///
-    /// # Panics
-    /// When `channels` has another length than [`WavReader::channels`].
-    pub fn read(&mut self, frames: usize, channels: &mut [Vec<f32>]) -> Result<usize, FileError> {
-        assert_eq!(channels.len(), usize::from(self.channels()), "one buffer per channel");
-        let count = frames.min((self.frames() - self.position) as usize);
-        channels.iter_mut().for_each(|c| c.reserve(count));
-        let spec = self.inner.spec();
-        match spec.sample_format {
-            SampleFormat::Float => self.append(count, channels, |v: f32| v),
-            SampleFormat::Int => {
-                let scale = 0.5_f64.powi(i32::from(spec.bits_per_sample) - 1);
-                self.append(count, channels, |v: i32| narrow(f64::from(v) * scale))
-            }
-        }
-    }
-
-    fn append<S: hound::Sample>(
-        &mut self,
-        count: usize,
-        channels: &mut [Vec<f32>],
-        convert: impl Fn(S) -> f32,
-    ) -> Result<usize, FileError> {
-        let mut samples = self.inner.samples::<S>();
-        for frame in 0..count {
-            for (number, channel) in channels.iter_mut().enumerate() {
-                let at = u64::from(self.position) + frame as u64;
-                let ended = || {
-                    FileError::entry(&self.path, format!("sample {at}"), "a sample, as its header says", "the end of the file")
-                };
-                let sample = samples.next().ok_or_else(ended)?.map_err(|source| match source {
-                    hound::Error::IoError(_) => ended(),
-                    source => FileError::unreadable(&self.path, "WAV file", source),
-                })?;
-                let value = convert(sample);
-                if !value.is_finite() {
-                    return Err(FileError::entry(
-                        &self.path,
-                        format!("sample {at} of channel {number}"),
-                        "a finite number",
-                        format!("{value}"),
-                    ));
-                }
-                channel.push(value);
-            }
-        }
-        self.position += u32::try_from(count).unwrap_or(u32::MAX);
-        Ok(count)
-    }
-}
 
 /// How samples are stored.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -231,10 +58,14 @@ impl WavWriter {
     /// Begins a file.
     ///
     /// # Errors
-    /// No channel, a rate outside [`SAMPLE_RATES_HZ`], or a place that cannot be written to.
+    /// No channel, a name with another ending than `.wav`, a rate outside [`crate::sound::SAMPLE_RATES_HZ`], or a place that cannot be written to.
     pub fn create(path: &Path, sample_rate_hz: u32, channels: u16, format: Format) -> Result<Self, FileError> {
         if channels == 0 {
             return Err(FileError::content(path, "at least one channel", "none"));
+        }
+        if path.extension().is_some_and(|ending| !ending.eq_ignore_ascii_case("wav")) {
+            let found = path.file_name().unwrap_or_default().display().to_string();
+            return Err(FileError::content(path, "a name that ends in .wav, the format that is written", found));
         }
         check_rate(path, sample_rate_hz)?;
         let (draft, file) = Draft::create(path)?;

@@ -1,6 +1,6 @@
 //! FLAC files, of verbatim frames made here and of an encoder's where there are some.
 
-use promenade_audio::{flac, sound};
+use promenade_audio::sound;
 
 /// Cyclic redundancy check of `bits` bits, most significant bit first, starting at 0 (RFC 9639, sections 9.1.8 and 9.3).
 fn crc(bytes: &[u8], bits: u32, polynomial: u32) -> u32 {
@@ -43,8 +43,20 @@ fn samples_rate_and_channels() {
     assert_eq!((read.sample_rate_hz, read.frames()), (22_050, 32));
     let expected = [left, right].map(|c| c.iter().map(|v| f32::from(*v) / 32_768.0).collect::<Vec<f32>>());
     assert_eq!(read.channels, expected);
-    let error = flac::read_limited(&path, 63).unwrap_err().to_string();
+    let error = sound::read_limited(&path, 63).unwrap_err().to_string();
     assert!(error.contains("at most 63 samples, found 64"), "{error}");
+}
+
+#[test]
+fn a_tag_of_id3_may_come_first_and_names_do_not_matter() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.wav");
+    // Two bytes of seven bits: 130 bytes.
+    let tag = [&b"ID3\x04\0\0\0\0\x01\x02"[..], &[7; 130]].concat();
+    std::fs::write(&path, [tag.clone(), file_of(48_000, &[&[16_384; 16]])].concat()).unwrap();
+    assert_eq!(sound::read(&path).unwrap().channels, [[0.5; 16]]);
+    std::fs::write(&path, [tag, b"\xff\xfb".to_vec()].concat()).unwrap();
+    assert!(sound::read(&path).unwrap_err().to_string().contains("no readable WAV, FLAC or AIFF file"));
 }
 
 #[test]

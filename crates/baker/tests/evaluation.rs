@@ -2,7 +2,7 @@
 
 use promenade_baker::capture::{DrySound, FromResponses, from_responses};
 use promenade_baker::evaluate::{EvaluateOptions, Evaluation, Figure, Poses, evaluate, evaluate_each, overall};
-use promenade_baker::{BakeOptions, Capture, LoadOptions, Response, Responses, Split, bake_responses, wav};
+use promenade_baker::{BakeOptions, Capture, LoadOptions, Response, Responses, Split, bake_responses, sound};
 use promenade_core::glam::Vec3;
 use promenade_core::{Pose, Scene, Tier};
 use promenade_player::Playing;
@@ -43,7 +43,7 @@ fn room() -> Responses {
 }
 
 fn speech() -> DrySound {
-    let wav = wav::read(&Path::new(env!("CARGO_MANIFEST_DIR")).join("../../data/speech.wav")).unwrap();
+    let wav = sound::read(&Path::new(env!("CARGO_MANIFEST_DIR")).join("../../data/speech.wav")).unwrap();
     DrySound { name: "speech".to_owned(), sample_rate_hz: wav.sample_rate_hz, samples: wav.channels[0].clone() }
 }
 

@@ -1,7 +1,7 @@
 //! Conventions of SOFA files (AES69-2022) that real sets use: read, or refused by their name.
 
 use hdf5_pure::{AttrValue, FileBuilder};
-use promenade_baker::ambisonic::{AmbisonicResponses, Normalisation};
+use promenade_baker::ambisonic::AmbisonicResponses;
 use promenade_baker::{LoadOptions, Responses};
 use std::path::Path;
 
@@ -128,7 +128,7 @@ fn capsules_are_no_ambisonic_channels() {
     let path = folder.path().join("set.sofa");
     let ambisonic = |sofa: &Sofa<'_>| {
         sofa.write(&path);
-        AmbisonicResponses::load(&path, &LoadOptions::default(), Normalisation::Sn3d, None).map_err(|e| e.to_string())
+        AmbisonicResponses::load(&path, &LoadOptions::default(), None, None).map_err(|e| e.to_string())
     };
     let capsules = Sofa { shape: &[1, 4, 5], receivers: &[0.1, 0.2, 0.3, 0.4], ..SRIR };
     let error = ambisonic(&capsules).unwrap_err();

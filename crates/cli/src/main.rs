@@ -13,6 +13,7 @@ mod capture;
 mod eval;
 mod fit;
 mod host;
+mod hrtf;
 mod import;
 mod inspect;
 mod join;
@@ -36,9 +37,11 @@ mod train;
 mod web;
 
 use clap::Parser;
+use promenade_baker::file::keep_inputs;
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
+    keep_inputs();
     let done = match args::Cli::parse().command {
         args::Command::Bake { source } => bake::run(&source),
         args::Command::Responses { command } => responses::run(&command),

@@ -1,12 +1,10 @@
 //! `promenade responses`: sets of responses described and made, before anything is baked.
 
 use crate::args::{AmbisonicArgs, ManifestArgs, NormalisationArg, ResponsesCommand};
-use crate::report;
-use anyhow::{Context, Result};
+use crate::{hrtf, report};
+use anyhow::Result;
 use promenade_baker::ambisonic::{AmbisonicResponses, Normalisation};
 use promenade_baker::responses::{Describe, describe};
-use promenade_baker::simulation::Hrtf;
-use promenade_baker::{LoadOptions, Responses};
 
 pub(crate) fn run(command: &ResponsesCommand) -> Result<()> {
     match command {
@@ -25,15 +23,15 @@ fn manifest(args: &ManifestArgs) -> Result<()> {
 }
 
 fn ambisonic(args: &AmbisonicArgs) -> Result<()> {
-    let normalisation = match args.normalisation {
+    let normalisation = args.normalisation.map(|normalisation| match normalisation {
         NormalisationArg::Sn3d => Normalisation::Sn3d,
         NormalisationArg::N3d => Normalisation::N3d,
-    };
+        NormalisationArg::Fuma => Normalisation::Fuma,
+    });
     let set = AmbisonicResponses::load(&args.set.path, &args.set.options(None), normalisation, args.distance)?;
-    let head = Responses::load(&args.hrtf, &LoadOptions::default())?;
+    let head = hrtf::read(&args.hrtf)?;
     // A rate that is no whole number is refused when the responses are written, and before that by the HRTF's own.
-    let hrtf =
-        Hrtf::new(&head, set.sample_rate_hz as u32).with_context(|| format!("{}: makes no HRTF", args.hrtf.display()))?;
+    let hrtf = hrtf::at(&head, set.sample_rate_hz as u32, &args.hrtf)?;
     let bar = report::Bar::new(set.responses.len() as f64);
     let mut binaural = set.binaural(&hrtf, args.yaws, |done| bar.at(done as f64))?;
     drop(bar);

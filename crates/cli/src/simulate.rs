@@ -10,11 +10,11 @@ mod scene;
 pub(crate) use self::room::{room, source};
 
 use crate::args::{ClipArgs, RunArgs, Simulate, SimulateArgs};
-use crate::{capture, path, report};
-use anyhow::{Context, Result, bail};
+use crate::{capture, hrtf, path, report};
+use anyhow::{Result, bail};
 use promenade_acoustics::{Air, Entry, Materials};
+use promenade_baker::Responses;
 use promenade_baker::simulation::{Hrtf, MeshOptions, Part, PartFolder, RunKey, along};
-use promenade_baker::{LoadOptions, Responses};
 use promenade_core::Pose;
 use promenade_paths::ImportOptions;
 use std::fmt::Debug;
@@ -62,13 +62,13 @@ struct Run<'a> {
 
 /// A head's responses, with the credit and the licence that are stated for them, and what is made of them at a rate.
 fn head_of(run: &RunArgs, rate: u32, [credit, licence]: [Option<&String>; 2]) -> Result<(Responses, Hrtf)> {
-    let mut set = Responses::load(&run.head, &LoadOptions::default())?;
+    let mut set = hrtf::read(&run.head)?;
     for (stated, text) in [(credit, &mut set.credit), (licence, &mut set.licence)] {
         if let Some(stated) = stated {
             text.clone_from(stated);
         }
     }
-    let hrtf = Hrtf::new(&set, rate).with_context(|| format!("{}: makes no HRTF", run.head.display()))?;
+    let hrtf = hrtf::at(&set, rate, &run.head)?;
     Ok((set, hrtf))
 }
 

@@ -30,7 +30,7 @@ fn site(args: &StudySiteArgs) -> Result<()> {
 }
 
 fn serve(args: &StudyServeArgs) -> Result<()> {
-    let server = Server::new(args.listen, &args.site, &args.answers)?;
+    let server = Server::new(args.listen, &args.host, &args.site, &args.answers)?;
     let address = server.address().context("the server has no address")?;
     output::print(&format!("http://{address}/\n"))?;
     server.run();

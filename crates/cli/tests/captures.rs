@@ -2,7 +2,7 @@
 
 use crate::common::{Place, fails, json, promenade, succeeds};
 use promenade_baker::capture::{Capture, Clip, Split, Track, Voice};
-use promenade_baker::wav;
+use promenade_baker::sound;
 use promenade_core::glam::Vec3;
 use promenade_core::network::CloudEmitter;
 use promenade_core::{CameraPath, Keyframe, Pose};
@@ -49,7 +49,7 @@ fn a_capture_is_made_checked_and_evaluated() {
     assert_eq!(std::fs::read_dir(plots).unwrap().count(), 10);
     let written: Vec<_> = std::fs::read_dir(Path::new(wavs).join("01-test_room")).unwrap().map(|e| e.unwrap().path()).collect();
     assert_eq!(written.len(), 8 * 8, "seven methods and the recording");
-    assert_eq!(wav::read(&written[0]).unwrap().frames(), 8_000);
+    assert_eq!(sound::read(&written[0]).unwrap().frames(), 8_000);
 
     let (alone, _) =
         succeeds(&["eval", &scene, &capture, "--no-baselines", "--tier", "draft", "--fit-level", "--poses", "path"]);

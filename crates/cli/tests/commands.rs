@@ -3,6 +3,7 @@
 use crate::common::{Place, RATE, all_fail, checkpoint, fails, json, promenade, rms, succeeds};
 use promenade_baker::checkpoint::Imported;
 use promenade_baker::cloud_scene::{CloudSceneOptions, cloud_scene};
+use promenade_baker::sound;
 use promenade_baker::streaming::bursts_and_clicks;
 use promenade_baker::wav::{self, Format};
 use promenade_core::network::{CloudKind, CloudModel};
@@ -51,14 +52,14 @@ fn renders_in_time_and_keeps_the_tail() {
     wav::write(&place.path("click.wav"), RATE, &[&click], Format::Float32).unwrap();
     let out = place.text("out.wav");
     succeeds(&["render", &scene, &place.text("click.wav"), &out, "--bits", "32f", "--pose", "0,0,0,0,0,0"]);
-    let wet = wav::read(Path::new(&out)).unwrap();
+    let wet = sound::read(Path::new(&out)).unwrap();
     assert!(wet.frames() > click.len(), "the tail is kept");
     let peak = |x: &[f32]| (0..x.len()).max_by(|a, b| x[*a].abs().total_cmp(&x[*b].abs())).unwrap();
     let at = peak(&wet.channels[0]);
     assert!((4000..4000 + 160).contains(&at), "the click is at {at}");
     // Dry only: sample for sample the input.
     succeeds(&["render", &scene, &place.text("click.wav"), &out, "--bits", "32f", "--mix", "0"]);
-    let dry = wav::read(Path::new(&out)).unwrap();
+    let dry = sound::read(Path::new(&out)).unwrap();
     assert_eq!(peak(&dry.channels[0]), 4000);
     assert!((dry.channels[0][4000] - 0.9).abs() < 1e-6 && rms(&dry.channels[0][..4000]) == 0.0);
 }
@@ -70,7 +71,7 @@ fn block_size_does_not_change_the_sound_but_the_pose_does() {
     let render = |name: &str, more: &[&str]| {
         let out = place.text(name);
         succeeds(&[&["render", &scene, &input, &out, "--bits", "32f"], more].concat());
-        wav::read(Path::new(&out)).unwrap().channels
+        sound::read(Path::new(&out)).unwrap().channels
     };
     std::fs::write(place.path("walk.csv"), "t,x,y,z,yaw,pitch,roll\n0,0,0,0,-90,0,0\n0.6,0,0,0,90,0,0\n").unwrap();
     let walk = place.text("walk.csv");
@@ -98,7 +99,7 @@ fn further_sounds_are_heard_from_their_places_in_one_room() {
     let render = |sound: &str, more: &[&str]| {
         let out = place.text("out.wav");
         succeeds(&[&["render", &scene, sound, &out, "--bits", "32f"], more].concat());
-        wav::read(Path::new(&out)).unwrap().channels
+        sound::read(Path::new(&out)).unwrap().channels
     };
     let alone = render(&input, &[]);
     let emitter = Scene::from_bytes(&std::fs::read(&scene).unwrap()).unwrap().emitter().unwrap();
@@ -123,7 +124,7 @@ fn further_sounds_are_heard_from_their_places_in_one_room() {
     assert!(apart(&moving, &beside) > 0.1);
     assert_eq!(moving, render(&quiet, &["--source", &way, "--block", "7"]), "bit for bit");
     let dry = render(&quiet, &["--source", &way, "--mix", "0"]);
-    assert!(apart(&wav::read(Path::new(&input)).unwrap().channels, &dry[..1]) < 1e-6, "the dry sound comes at once");
+    assert!(apart(&sound::read(Path::new(&input)).unwrap().channels, &dry[..1]) < 1e-6, "the dry sound comes at once");
     let out = place.text("out.wav");
     let missing = ["1,2,3=none.wav", "none.csv=in.wav"].map(|source| vec!["render", &scene, &input, &out, "--source", source]);
     let [no_sound, no_path] = missing;
@@ -143,7 +144,7 @@ fn the_parts_of_the_sound_are_set_by_options() {
     let (scene, dry, out) = (place.bake(), place.dry("dry.wav", 0.5, 1), place.text("out.wav"));
     let heard = |options: &[&str]| {
         succeeds(&[&["render", &scene, &dry, &out, "--bits", "32f"], options].concat());
-        wav::read(Path::new(&out)).unwrap().channels
+        sound::read(Path::new(&out)).unwrap().channels
     };
     let (plain, neutral) =
         (heard(&[]), heard(&["--direct", "0", "--early", "0", "--decay", "1", "--distance-law", "1", "--width", "1"]));
@@ -169,7 +170,7 @@ fn another_head_is_heard_and_what_is_none_is_refused() {
     let render = |name: &str, more: &[&str]| {
         let out = place.text(name);
         succeeds(&[&["render", &scene, &input, &out, "--pose", "0,0,0,-90,0,0", "--bits", "32f"], more].concat());
-        wav::read(Path::new(&out)).unwrap().channels
+        sound::read(Path::new(&out)).unwrap().channels
     };
     let (own, heard) = (render("own.wav", &[]), render("heard.wav", &["--head", &head]));
     let apart: f64 = own[0].iter().zip(&heard[0]).map(|(a, b)| f64::from(a - b).powi(2)).sum();
@@ -192,7 +193,7 @@ fn headphones_are_compensated_last_of_all() {
     let render = |name: &str, more: &[&str]| {
         let out = place.text(name);
         succeeds(&[&["render", &scene, &input, &out, "--mix", "0.5", "--bits", "32f"], more].concat());
-        wav::read(Path::new(&out)).unwrap().channels
+        sound::read(Path::new(&out)).unwrap().channels
     };
     let text = place.text("mine.txt");
     std::fs::write(&text, "Preamp: -6.0206 dB\nFilter 1: ON PK Fc 1000 Hz Gain 0 dB Q 1").unwrap();
@@ -215,7 +216,7 @@ fn stereo_and_formats() {
         let (out, float) = (place.text("out.wav"), place.text("float.wav"));
         succeeds(&["render", &scene, &input, &out, "--bits", bits]);
         succeeds(&["render", &scene, &input, &float, "--bits", "32f"]);
-        let (a, b) = (wav::read(Path::new(&out)).unwrap(), wav::read(Path::new(&float)).unwrap());
+        let (a, b) = (sound::read(Path::new(&out)).unwrap(), sound::read(Path::new(&float)).unwrap());
         assert!(a.channels[0].iter().zip(&b.channels[0]).all(|(a, b)| (a - b).abs() <= tolerance), "{bits}");
     }
     let (_, said) = succeeds(&["render", &scene, &input, &place.text("loud.wav"), "--gain", "60"]);
@@ -489,7 +490,7 @@ fn a_checkpoint_becomes_a_scene_that_every_tier_renders() {
     let levels = ["draft", "standard", "high", "reference", "clip"].map(|tier| {
         let out = place.text(&format!("{tier}.wav"));
         succeeds(&["render", &baked, &dry, &out, "--tier", tier, "--bits", "32f"]);
-        let wet = wav::read(Path::new(&out)).unwrap();
+        let wet = sound::read(Path::new(&out)).unwrap();
         assert!(wet.sample_rate_hz == RATE && wet.channels.len() == 2, "{tier}");
         assert!(wet.frames() >= RATE as usize, "{tier}: {} frames", wet.frames());
         rms(&wet.channels[0][..RATE as usize])
@@ -587,4 +588,23 @@ fn names_become_a_manifest_and_ambisonics_become_ears() {
     let set = promenade_baker::Responses::load(place.path("ears").as_path(), &promenade_baker::LoadOptions::default()).unwrap();
     assert!(set.responses.iter().all(|r| (r.source.y - 2.0).abs() < 0.01) && set.responses.len() == 4);
     succeeds(&["bake", "responses", &out, "-o", &place.text("ears.promenade")]);
+}
+
+#[test]
+fn nothing_is_written_over_what_is_read_or_under_the_name_of_another_kind() {
+    let place = Place::new();
+    let (scene, dry) = (place.bake(), place.dry("dry.wav", 0.2, 1));
+    let (other, sounds, engine) = (place.text("room.wav"), place.text("dry.mp3"), place.text("engine.wasm"));
+    std::fs::write(&engine, b"\0asm\x01\0\0\0").unwrap();
+    let site = place.text("site");
+    std::fs::create_dir(&site).unwrap();
+    std::fs::write(place.text("site/index.html"), "<h1>My own page</h1>").unwrap();
+    all_fail(&[
+        (vec!["render", &scene, &dry, &scene], "expected a name that ends in .wav"),
+        (vec!["render", &scene, &dry, &sounds], "dry.mp3: expected a name that ends in .wav"),
+        (vec!["bake", "less", &scene, "-o", &scene, "--taps", "4"], "a file that is not read as well"),
+        (vec!["bake", "less", &scene, "-o", &other, "--taps", "4"], "room.wav: expected a name that ends in .promenade"),
+        (vec!["web", &scene, "--engine", &engine, "-o", &site], "expected a folder without a page, or with one of Promenade"),
+    ]);
+    assert_eq!(std::fs::read_to_string(place.text("site/index.html")).unwrap(), "<h1>My own page</h1>");
 }

@@ -311,8 +311,6 @@ fn pictures_that_cannot_be_the_rooms_are_refused_or_named_before_the_fit() {
         (voxels(&[&model, "--photos", &empty]), "expected photographs named as the 3 images"),
         (voxels(&[&model, "--photos", &other]), "expected the shape of its lens, 64 x 48, found 48 x 64"),
         (voxels(&[&bare, "--photos", &photos]), "cameras.bin"),
-        // Not there, and not read by usual builds.
-        (voxels(&[&model, "--photos", &photos, "--network", "none.onnx"]), "none.onnx"),
         (voxels(&[&model, "--landmark", "0.png=1,2,1", "--landmark", "1.png=2,1,1"]), "not on a line"),
         (voxels(&[&model, "--landmark", "9.png=1,2,1"]), "the name of one image"),
     ];

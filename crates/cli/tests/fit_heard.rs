@@ -2,6 +2,7 @@
 //! `cargo test -p promenade --test all -- --ignored --nocapture fit_heard`
 
 use crate::common::succeeds;
+use promenade_baker::sound;
 use promenade_baker::wav::{self, Format};
 use promenade_baker::{LoadOptions, Response, Responses};
 use promenade_metrics::{DecayRange, c50_db, decay_time_s, ild_db, itd_s, octave_of, onset};
@@ -285,7 +286,7 @@ fn figures_of_what_is_heard() {
     let rendered = |scene: &str| -> Vec<[Vec<f32>; 2]> {
         let one = |at: &String| {
             succeeds(&["render", scene, &click, &out, "--bits", "32f", "--pose", &format!("{at},0,0,0")]);
-            let wet = wav::read(Path::new(&out)).unwrap();
+            let wet = sound::read(Path::new(&out)).unwrap();
             [wet.channels[0].clone(), wet.channels[1].clone()]
         };
         at.iter().map(one).collect()

@@ -1,6 +1,7 @@
 //! `promenade host` from outside, with the plugin of this workspace in both formats.
 
 use crate::common::{fails, json as reported, promenade, succeeds};
+use promenade_baker::sound;
 use promenade_baker::wav::{self, Format};
 use promenade_tests::signal::{difference_db, first_difference, noise, peak};
 use promenade_tests::{Host, Setup, bundle, edit_state, in_both_formats};
@@ -57,7 +58,7 @@ impl Place {
 
     /// The two ears of a file.
     fn heard(&self, name: &str) -> [Vec<f32>; 2] {
-        wav::read(&self.path(name)).unwrap().channels.try_into().unwrap()
+        sound::read(&self.path(name)).unwrap().channels.try_into().unwrap()
     }
 
     fn host(&self, input: &str, options: &[&str]) -> [Vec<f32>; 2] {
@@ -200,7 +201,7 @@ fn another_rate_is_converted_to<H: Host>() {
     let input = place.dry(&[&tone]);
     let out = place.text("host.wav");
     succeeds(&["host", &place.plugin, &input, &out, "--rate", "44100", "--set", "Bypass=On"]);
-    let wav = wav::read(Path::new(&out)).unwrap();
+    let wav = sound::read(Path::new(&out)).unwrap();
     assert_eq!((wav.sample_rate_hz, wav.frames()), (44_100, 22_050));
     let expected = |i: usize| 0.5 * (i as f32 * 0.05 * 48_000.0 / 44_100.0).sin();
     let error = (1_000..21_000).fold(0.0_f32, |most, i| most.max((wav.channels[0][i] - expected(i)).abs()));

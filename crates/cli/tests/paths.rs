@@ -1,7 +1,7 @@
 //! `promenade path`, and paths of every form in `promenade render`.
 
 use crate::common::{Place, fails, rms, succeeds};
-use promenade_baker::wav;
+use promenade_baker::sound;
 use std::path::{Path, PathBuf};
 
 #[test]
@@ -98,7 +98,7 @@ mod needs_shared {
         succeeds(&["render", &scene, &speech, &wet, "--path", &walk, "--bits", "32f"]);
         succeeds(&["render", &scene, &speech, &still, "--pose", "0,0,0,0,0,0", "--bits", "32f"]);
         // Reading refuses what is not finite.
-        let (wet, still) = (wav::read(Path::new(&wet)).unwrap(), wav::read(Path::new(&still)).unwrap());
+        let (wet, still) = (sound::read(Path::new(&wet)).unwrap(), sound::read(Path::new(&still)).unwrap());
         for ear in 0..2 {
             assert!(rms(&wet.channels[ear]) > 1e-3 && wet.channels[ear].iter().all(|v| v.is_finite()));
         }

@@ -3,6 +3,7 @@
 use crate::common::{all_fail, fails, promenade, succeeds};
 use promenade_baker::anchors::AnchorSet;
 use promenade_baker::capture::Capture;
+use promenade_baker::sound;
 use promenade_baker::wav::{self, Format};
 use promenade_baker::{LoadOptions, Response, Responses};
 use promenade_core::Pose;
@@ -249,7 +250,7 @@ fn a_box_becomes_a_scene_that_ambisonic_microphones_hear() {
     wav::write(Path::new(&click), 48_000, &[&dry], Format::Float32).unwrap();
     let heard = |options: &[&str]| {
         succeeds(&[&["render", &scene, &click, &out, "--bits", "32f", "--pose", "2,2.2,1.4,20,0,0"], options].concat());
-        wav::read(Path::new(&out)).unwrap().channels
+        sound::read(Path::new(&out)).unwrap().channels
     };
     let third = heard(&["--format", "ambix"]);
     assert_eq!(third.len(), 16);
@@ -266,7 +267,7 @@ fn a_box_becomes_a_scene_that_ambisonic_microphones_hear() {
     // With the amplitude that the distance leaves of it, and air.
     let nearer = {
         succeeds(&["render", &scene, &click, &out, "--bits", "32f", "--pose", "2.5,2.7,1.45,0,0,0", "--format", "ambix"]);
-        wav::read(Path::new(&out)).unwrap().channels[0][100]
+        sound::read(Path::new(&out)).unwrap().channels[0][100]
     };
     assert!((nearer / first - 2.0).abs() < 0.06, "{nearer} of {first}");
     let quieter = heard(&["--format", "ambix", "--direct", "-20"]);

@@ -18,8 +18,6 @@ mod report;
 mod room;
 mod search;
 
-#[cfg(feature = "onnx")]
-pub use appearance::Network;
 pub use appearance::{Pictures, Raster, View, similarity};
 pub use bands::{BANDS, Bands, Estimate, FITTED_HZ, PerBand};
 pub use early::Chain;

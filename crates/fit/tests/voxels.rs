@@ -105,10 +105,10 @@ fn view(at: DVec3, along: DVec3, random: &mut Random) -> View {
         let soft = is_soft(met);
         let grain = 0.06 * random.normal();
         let colour = if soft { [0.35, 0.12, 0.1] } else { [0.8, 0.78, 0.72] };
-        values.extend(colour.map(|c: f64| (c + grain).clamp(0.0, 1.0) as f32));
+        values.push(colour.map(|c: f64| (c + grain).clamp(0.0, 1.0) as f32));
     }
     let camera = Image { id: 0, name: String::new(), camera: 1, rotation, translation: -(rotation * at) };
-    View { camera, lens, photo: Raster::new([WIDE, WIDE], 3, values).unwrap(), made: None }
+    View { camera, lens, photo: Raster::new([WIDE, WIDE], values).unwrap() }
 }
 
 fn pictures() -> Pictures {

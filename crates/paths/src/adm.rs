@@ -1,6 +1,7 @@
 //! Moves of an object in an ADM file: the XML in the chunk `axml` of a BW64, RF64 or WAV file.
 //!
-//! Sources: ITU-R BS.2076 (the model), BS.2088 (the file), BS.2127, section 7.2 (how a block's position is reached).
+//! Sources: ITU-R BS.2076 (the model), BS.2088 (the file), BS.2125 (times within a frame), BS.2127, section 7.2 (how a block's
+//! position is reached).
 
 use crate::PathFileError;
 use crate::options::ImportOptions;
@@ -8,7 +9,7 @@ use crate::waypoint::{Track, Waypoint};
 use glam::{DQuat, DVec3};
 use promenade_core::MAX_KEYFRAMES;
 use roxmltree::{Document, Node, NodeId, ParsingOptions};
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
 use std::fmt::Display;
 
 /// Steps a second along the way from one block to the next: paths are curves, and these ways straight lines.
@@ -27,6 +28,9 @@ const MAX_NODES: u32 = 8_000_000;
 const MAX_ATTRIBUTES: usize = 256;
 /// Names of objects that are told.
 const TOLD: usize = 12;
+
+/// Numbers by the names of coordinates.
+type Coordinates = BTreeMap<String, f64>;
 
 /// A position at a time.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -49,7 +53,12 @@ pub(crate) fn read(file: &str, bytes: &[u8], options: &ImportOptions) -> Result<
     let pack = model.referred(object, "audioPackFormatIDRef", &model.packs)?;
     let channel = model.referred(pack, "audioChannelFormatIDRef", &model.channels)?;
     let start_s = model.time(object, "start")?.unwrap_or(0.0);
-    let places = model.places(channel, start_s)?;
+    let offset = model.coordinates(object, "positionOffset")?;
+    if !offset.is_empty() {
+        let offset: Vec<String> = offset.iter().map(|(coordinate, value)| format!("{coordinate} {value}")).collect();
+        notes.push(format!("the object's offset is added: {}", offset.join(", ")));
+    }
+    let places = model.places(channel, start_s, &offset)?;
     let metres = child(pack, "absoluteDistance").map(|node| model.number(node)).transpose()?;
     let metres = match (options.placement.metres_per_unit, metres) {
         (None, Some(metres)) if metres > 0.0 => {
@@ -192,7 +201,8 @@ impl<'a, 'i> Model<'a, 'i> {
         // Objects may share a channel, which is looked at once.
         let mut seen: HashMap<NodeId, bool> = HashMap::new();
         let moves = |channel: Node<'a, 'i>| {
-            let mut positions = named(channel, "audioBlockFormat").filter_map(|block| self.position(block).ok());
+            let mut positions =
+                named(channel, "audioBlockFormat").filter_map(|block| self.position(block, &Coordinates::new()).ok());
             let first = positions.next();
             first.is_some_and(|first| positions.any(|position| position != first))
         };
@@ -270,19 +280,36 @@ impl<'a, 'i> Model<'a, 'i> {
         time.filter(|time| time.is_finite() && *time >= 0.0).map(Some).ok_or_else(wrong)
     }
 
-    /// A block's position: x ahead, y left, z up.
-    fn position(&self, block: Node<'a, 'i>) -> Result<DVec3, PathFileError> {
-        let mut of = std::collections::BTreeMap::new();
-        for node in named(block, "position") {
+    /// The coordinates of a node's elements of a name.
+    fn coordinates(&self, of: Node<'a, 'i>, name: &'static str) -> Result<Coordinates, PathFileError> {
+        let mut all = Coordinates::new();
+        for node in named(of, name) {
             // Bounds are another position beside it.
             if let (Some(coordinate), None) = (node.attribute("coordinate"), node.attribute("bound")) {
-                of.insert(coordinate.to_owned(), self.number(node)?);
+                all.insert(coordinate.to_owned(), self.number(node)?);
             }
+        }
+        Ok(all)
+    }
+
+    /// A block's position and what is added to it: x ahead, y left, z up.
+    fn position(&self, block: Node<'a, 'i>, offset: &Coordinates) -> Result<DVec3, PathFileError> {
+        let mut of = self.coordinates(block, "position")?;
+        if of.contains_key("azimuth") {
+            of.entry("distance".to_owned()).or_insert(1.0);
+        } else {
+            of.entry("Z".to_owned()).or_insert(0.0);
+        }
+        for (coordinate, value) in offset {
+            let Some(own) = of.get_mut(coordinate) else {
+                return Err(self.wrong(block, &format!("a position with the {coordinate} of its object's offset"), "none"));
+            };
+            *own += value;
         }
         let value = |name: &str| of.get(name).copied();
         if let (Some(azimuth), Some(elevation)) = (value("azimuth"), value("elevation")) {
             let (azimuth, elevation) = (azimuth.to_radians(), elevation.to_radians());
-            let distance = value("distance").unwrap_or(1.0);
+            let distance = value("distance").unwrap_or(1.0).max(0.0);
             let level = distance * elevation.cos();
             return Ok(DVec3::new(level * azimuth.cos(), level * azimuth.sin(), distance * elevation.sin()));
         }
@@ -293,12 +320,14 @@ impl<'a, 'i> Model<'a, 'i> {
     }
 
     /// Positions over time, close enough to each other for a curve through them.
-    fn places(&self, channel: Node<'a, 'i>, start_s: f64) -> Result<Vec<Place>, PathFileError> {
+    fn places(&self, channel: Node<'a, 'i>, start_s: f64, offset: &Coordinates) -> Result<Vec<Place>, PathFileError> {
         let mut all: Vec<Place> = Vec::new();
         for block in named(channel, "audioBlockFormat") {
-            let position = self.position(block)?;
-            let from_s = start_s + self.time(block, "rtime")?.unwrap_or(0.0);
-            let length_s = self.time(block, "duration")?;
+            let position = self.position(block, offset)?;
+            // Serial ADM counts from its frame.
+            let time = |whole, of_frame| self.time(block, if block.has_attribute(of_frame) { of_frame } else { whole });
+            let from_s = start_s + time("rtime", "lstart")?.unwrap_or(0.0);
+            let length_s = time("duration", "lduration")?;
             let Some(last) = all.last().copied() else {
                 all.push(Place { t_s: from_s, position });
                 // It stays there for the block.

@@ -89,7 +89,7 @@ pub fn placement(
 }
 
 /// Where the world of a reconstruction lies, in double precision; `heads` are those at the images.
-fn frame(
+pub(crate) fn frame(
     file: &str,
     images: &[Image],
     heads: &[Waypoint],

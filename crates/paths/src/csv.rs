@@ -4,9 +4,11 @@ use crate::PathFileError;
 use crate::text::{self, decimal, number, quoted};
 use crate::waypoint::{Track, Waypoint, from_degrees, to_degrees, unit};
 use ::csv::{ReaderBuilder, StringRecord, Trim};
-use glam::DVec3;
+use glam::{DQuat, DVec3};
 use promenade_core::{CameraPath, MAX_KEYFRAMES};
 
+/// What other programs call the time.
+const TIMES: [&str; 4] = ["time", "time_s", "timestamp", "seconds"];
 const TIME_AND_PLACE: [&str; 4] = ["t", "x", "y", "z"];
 const ANGLES: [&str; 3] = ["yaw", "pitch", "roll"];
 const QUATERNION: [&str; 4] = ["qw", "qx", "qy", "qz"];
@@ -15,12 +17,16 @@ const QUATERNION: [&str; 4] = ["qw", "qx", "qy", "qz"];
 struct Columns {
     count: usize,
     time_and_place: Vec<usize>,
-    /// Three of angles or four of a quaternion.
+    /// Three of angles or four of a quaternion; none where the rows look along x.
     facing: Vec<usize>,
 }
 
 pub(crate) fn read(file: &str, bytes: &[u8]) -> Result<Track, PathFileError> {
     let text = text::of(file, bytes)?;
+    if text.starts_with("#timestamp") {
+        let found = "EuRoC's ground truth, of which poses are an IMU's; saved as TUM's, in the axes of a camera, it is read";
+        return Err(PathFileError::content(file, "poses of a head or of a camera", found));
+    }
     // Only rows, so that the reader's lines can be told from the file's.
     let rows = text.lines().zip(1_u64..).filter(|(line, _)| !line.trim().is_empty() && !line.trim_start().starts_with('#'));
     let (rows, row_lines): (Vec<&str>, Vec<u64>) = rows.unzip();
@@ -76,7 +82,11 @@ fn head_expected() -> String {
 
 impl Columns {
     fn of(file: &str, line: u64, head: &StringRecord, notes: &mut Vec<String>) -> Result<Self, PathFileError> {
-        let names: Vec<String> = head.iter().map(str::to_ascii_lowercase).collect();
+        let own = |name: &str| {
+            let name = name.to_ascii_lowercase();
+            if TIMES.contains(&&name[..]) { TIME_AND_PLACE[0].to_owned() } else { name }
+        };
+        let names: Vec<String> = head.iter().map(own).collect();
         let wrong = |found: String| PathFileError::entry(file, format!("line {line}"), head_expected(), found);
         let find = |name: &str| names.iter().position(|n| n == name);
         let known = |n: &str| TIME_AND_PLACE.contains(&n) || ANGLES.contains(&n) || QUATERNION.contains(&n);
@@ -95,7 +105,10 @@ impl Columns {
         let (angles, quaternion) = (ANGLES.iter().any(|n| find(n).is_some()), QUATERNION.iter().any(|n| find(n).is_some()));
         let facing = match (angles, quaternion) {
             (true, true) => return Err(wrong("columns of both".to_owned())),
-            (false, false) => return Err(wrong("no orientation".to_owned())),
+            (false, false) => {
+                notes.push("there are no columns of an orientation: the path looks along x".to_owned());
+                Vec::new()
+            }
             (true, false) => all(&ANGLES)?,
             (false, true) => all(&QUATERNION)?,
         };
@@ -117,6 +130,7 @@ impl Columns {
         let at = values(&self.time_and_place, &TIME_AND_PLACE)?;
         let names = if self.facing.len() == ANGLES.len() { &ANGLES[..] } else { &QUATERNION };
         let orientation = match values(&self.facing, names)?[..] {
+            [] => DQuat::IDENTITY,
             [yaw, pitch, roll] => from_degrees([yaw, pitch, roll]),
             ref q => unit([q[0], q[1], q[2], q[3]]).map_err(|length| {
                 PathFileError::entry(file, place(), "a unit quaternion", format!("one of length {length}"))
@@ -175,7 +189,7 @@ mod tests {
             ),
             ("t,x,z,yaw,pitch,roll\n".to_owned(), "found no column y"),
             ("t,x,y,z,yaw,pitch\n".to_owned(), "found no column roll"),
-            ("t,x,y,z\n".to_owned(), "found no orientation"),
+            ("#timestamp, p_RS_R_x [m]\n1403636580838555648,4.6\n".to_owned(), "EuRoC's ground truth"),
             ("t,x,y,z,yaw,pitch,roll,qw\n".to_owned(), "found columns of both"),
             ("t,x,y,x,z,yaw,pitch,roll\n".to_owned(), "found the column x twice"),
             (

@@ -2,6 +2,7 @@
 
 use crate::PathFileError;
 use crate::sound_file::is_wave;
+use crate::trajectory;
 
 /// What a path was read from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -14,8 +15,10 @@ pub enum Format {
     ColmapText,
     /// Cameras of a COLMAP model, `images.bin`.
     ColmapBinary,
-    /// Cameras of NeRF tools, `transforms.json`.
+    /// Cameras of NeRF tools, `transforms.json`, or of Record3D, `metadata.json`.
     Transforms,
+    /// A camera's trajectory as TUM or KITTI have it.
+    Trajectory,
     /// An animation in glTF or GLB.
     Gltf,
     /// An object's moves in a sound file, by the Audio Definition Model.
@@ -32,8 +35,8 @@ pub enum WriteFormat {
 }
 
 /// What is said where no form fits.
-const ANY: &str =
-    "a camera path: JSON, CSV, COLMAP's images.txt or images.bin, a transforms.json, glTF, or a sound file with ADM";
+const ANY: &str = "a camera path: JSON, CSV, COLMAP's images.txt or images.bin, a transforms.json, a trajectory of \
+     TUM or KITTI, glTF, or a sound file with ADM";
 
 impl Format {
     /// Name in texts.
@@ -45,6 +48,7 @@ impl Format {
             Self::ColmapText => "COLMAP text",
             Self::ColmapBinary => "COLMAP binary",
             Self::Transforms => "NeRF transforms",
+            Self::Trajectory => "rows of poses",
             Self::Gltf => "glTF",
             Self::Adm => "ADM",
         }
@@ -52,6 +56,11 @@ impl Format {
 
     pub(crate) fn is_colmap(self) -> bool {
         matches!(self, Self::ColmapText | Self::ColmapBinary)
+    }
+
+    /// Whether the poses are a camera's.
+    pub(crate) fn is_of_cameras(self) -> bool {
+        self.is_colmap() || matches!(self, Self::Transforms | Self::Trajectory)
     }
 
     /// The form of a file: by the ending of its name where that says it, else by the content.
@@ -113,6 +122,8 @@ fn by_content(bytes: &[u8]) -> Option<Format> {
     } else if first.starts_with('{') {
         let of_cameras = ["\"transform_matrix\"", "\"camera_to_world\""].iter().any(|key| text.contains(key));
         Some(if of_cameras { Format::Transforms } else { Format::Gltf })
+    } else if trajectory::is_row(&words) {
+        Some(Format::Trajectory)
     } else if words.len() >= 10 && words[..9].iter().all(|w| w.parse::<f64>().is_ok()) {
         Some(Format::ColmapText)
     } else if first.split([',', ';', '\t']).any(|cell| cell.trim().trim_matches('"').eq_ignore_ascii_case("t")) {
@@ -150,6 +161,8 @@ mod tests {
             ("walk.glb", b"", Format::Gltf),
             ("walk.gltf", b"", Format::Gltf),
             ("images.txt", images.as_bytes(), Format::ColmapText),
+            ("poses.txt", b"# a\n1305031102.1 1 2 3 0 0 0 1\n", Format::Trajectory),
+            ("00.txt", b"1 0 0 0 0 1 0 0 0 0 1 0\n", Format::Trajectory),
             ("images.bin", &[3, 0, 0, 0, 0, 0, 0, 0, 1], Format::ColmapBinary),
             ("walk", b"\xef\xbb\xbf [{}]", Format::Json),
             ("transforms.json", b"\xef\xbb\xbf\n {}", Format::Transforms),

@@ -38,6 +38,7 @@ mod sound_file;
 mod speed;
 mod summary;
 mod text;
+mod trajectory;
 mod transforms;
 mod waypoint;
 mod write;

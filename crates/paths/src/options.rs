@@ -11,10 +11,10 @@ pub type Beside<'a> = dyn FnMut(&str) -> io::Result<Vec<u8>> + 'a;
 /// What a file does not state. `None` everywhere is a sensible choice; the notes say what was assumed.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ImportOptions {
-    /// COLMAP and NeRF tools: images a second, 1 without it, unless their names are times of day. glTF: samples of the
+    /// KITTI: rows a second, 10 without it. COLMAP and NeRF tools: images a second, 1 without it, unless their names are times of day. glTF: samples of the
     /// animation a second, 60 without it. Above 0.
     pub fps: Option<f64>,
-    /// Where the file's world lies in the scene's; up is for COLMAP and NeRF tools, the others have z or y up.
+    /// Where the file's world lies in the scene's; up is for poses of cameras, the others have z or y up.
     pub placement: PlacementOptions,
     /// glTF: name of an animation, a camera or a node; without it the first animated camera, else the first animated node.
     pub animation: Option<String>,
@@ -43,10 +43,10 @@ impl ImportOptions {
         }
         let colmap = format.is_colmap();
         let gltf = format == Format::Gltf;
-        let cameras = colmap || format == Format::Transforms;
+        let cameras = format.is_of_cameras();
         for (option, given, fits, what) in [
-            ("fps", self.fps.is_some(), cameras || gltf, "cameras of COLMAP or NeRF tools, or a glTF animation"),
-            ("up", self.placement.up.is_some(), cameras, "cameras of COLMAP or NeRF tools"),
+            ("fps", self.fps.is_some(), cameras || gltf, "poses of cameras, or a glTF animation"),
+            ("up", self.placement.up.is_some(), cameras, "poses of cameras"),
             ("camera", self.camera.is_some(), colmap, "COLMAP cameras"),
             ("animation", self.animation.is_some(), gltf, "a glTF animation"),
             ("object", self.object.is_some(), format == Format::Adm, "an object of an ADM file"),

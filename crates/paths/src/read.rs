@@ -3,7 +3,7 @@
 use crate::limit::MAX_FILE_BYTES;
 use crate::options::{Beside, ImportOptions};
 use crate::placement::Frame;
-use crate::{Format, PathFileError, PlacementOptions, adm, colmap, csv, gltf, json, simplify, speed, transforms};
+use crate::{Format, PathFileError, PlacementOptions, adm, colmap, csv, gltf, json, simplify, speed, trajectory, transforms};
 use promenade_core::CameraPath;
 
 /// How far the path of a glTF animation or an ADM object may be from what the file says, metres.
@@ -42,11 +42,12 @@ pub fn read(file: &str, bytes: &[u8], options: &ImportOptions, beside: &mut Besi
         Format::Json => json::read(file, bytes)?,
         Format::Csv => csv::read(file, bytes)?,
         Format::ColmapText | Format::ColmapBinary => colmap::read(file, bytes, format, options)?,
+        Format::Trajectory => trajectory::read(file, bytes, options)?,
         Format::Transforms => transforms::read(file, bytes, options)?,
         Format::Gltf => gltf::read(file, bytes, options, beside)?,
         Format::Adm => adm::read(file, bytes, options)?,
     };
-    if !format.is_colmap() {
+    if !format.is_colmap() && format != Format::Trajectory {
         // An ADM file has applied the scale itself: its emitter is in metres already.
         let metres_per_unit = options.placement.metres_per_unit.filter(|_| format != Format::Adm);
         let placement = PlacementOptions { metres_per_unit, ..options.placement };
@@ -62,9 +63,10 @@ pub fn read(file: &str, bytes: &[u8], options: &ImportOptions, beside: &mut Besi
             .map_err(PathFileError::at(file, "no camera path"))?;
     }
     let mut notes = track.notes;
-    if matches!(format, Format::ColmapText | Format::ColmapBinary | Format::Transforms) {
+    if format.is_of_cameras() {
         // In units of their own the cameras' speed says nothing, but their turns do.
-        notes.extend(speed::warning(&path, options.placement.metres_per_unit.is_some()));
+        let metric = options.placement.metres_per_unit.is_some() || format == Format::Trajectory;
+        notes.extend(speed::warning(&path, metric));
     }
     Ok(Imported { format, path, notes })
 }
@@ -100,13 +102,10 @@ mod tests {
     fn options_are_for_the_forms_that_have_use_for_them() {
         let (none, here) = (ImportOptions::default(), PlacementOptions::default());
         for (options, clue) in [
-            (
-                ImportOptions { fps: Some(30.0), ..none.clone() },
-                "option fps: expected cameras of COLMAP or NeRF tools, or a glTF animation",
-            ),
+            (ImportOptions { fps: Some(30.0), ..none.clone() }, "option fps: expected poses of cameras, or a glTF animation"),
             (
                 placed(PlacementOptions { up: Some(Vec3::Z), ..here }),
-                "option up: expected cameras of COLMAP or NeRF tools, found a path in CSV",
+                "option up: expected poses of cameras, found a path in CSV",
             ),
             (ImportOptions { camera: Some(1), ..none.clone() }, "option camera"),
             (ImportOptions { animation: Some("a".to_owned()), ..none.clone() }, "option animation"),

@@ -1,5 +1,5 @@
 //! The cameras of NeRF tools: `transforms.json` (`frames`, each with a `transform_matrix`), and the `camera_path` of RWAVS and
-//! nerfstudio (each with a `camera_to_world`).
+//! nerfstudio (each with a `camera_to_world`), and the `poses` of Record3D.
 //!
 //! Matrices take camera axes of OpenGL, x right, y up, z backward, to a world with z up. They have 3 or 4 rows of 4 numbers, as
 //! rows or in one list.
@@ -19,6 +19,10 @@ const SQUARE: f64 = 0.01;
 struct Document {
     frames: Option<Vec<Frame>>,
     camera_path: Option<Vec<Frame>>,
+    /// Record3D: qx, qy, qz, qw, x, y, z of each picture, to a world with y up (ARKit).
+    poses: Option<Vec<[f64; 7]>>,
+    /// Polycam has a file for each picture.
+    t_00: Option<f64>,
     /// Of a camera path that was drawn: frames a second. Of pictures it says nothing: tools write their default there.
     fps: Option<f64>,
 }
@@ -37,9 +41,25 @@ enum Matrix {
     Flat(Vec<f64>),
 }
 
+impl Frame {
+    /// A pose of Record3D's.
+    fn recorded([qx, qy, qz, qw, x, y, z]: &[f64; 7]) -> Self {
+        let axes = DMat3::from_quat(DQuat::from_xyzw(*qx, *qy, *qz, *qw));
+        // To z up.
+        let row = |axis: usize, sign: f64, at: f64| axes.row(axis).to_array().into_iter().chain([at]).map(move |v| sign * v);
+        let flat = row(0, 1.0, *x).chain(row(2, -1.0, *z)).chain(row(1, 1.0, *y)).collect();
+        Self { file_path: None, transform_matrix: Matrix::Flat(flat) }
+    }
+}
+
 pub(crate) fn read(file: &str, bytes: &[u8], options: &ImportOptions) -> Result<Track, PathFileError> {
     let document: Document = serde_json::from_str(text::of(file, bytes)?).map_err(PathFileError::json(file))?;
-    let Some(frames) = document.frames.or(document.camera_path) else {
+    let recorded = document.poses.map(|poses| poses.iter().map(Frame::recorded).collect());
+    let Some(frames) = document.frames.or(document.camera_path).or(recorded) else {
+        if document.t_00.is_some() {
+            let found = "one picture of Polycam's; `ns-process-data polycam` makes a transforms.json of all";
+            return Err(PathFileError::content(file, "a file with all cameras", found));
+        }
         let expected = "an array of keyframes, or an object with \"frames\" or a \"camera_path\"";
         return Err(PathFileError::content(file, expected, "an object with neither"));
     };

@@ -230,3 +230,27 @@ fn texts_that_take_more_work_than_their_length_are_refused() {
         model("", &still, &still).replace("<audioFormatExtended>", &format!("<audioFormatExtended>{}", many.repeat(20_000)));
     assert!(said(&xml).contains("and 19990 more") || said(&xml).contains("a block from"), "{}", said(&xml));
 }
+
+#[test]
+fn an_object_is_moved_by_its_offset() {
+    let offset = r#"<positionOffset coordinate="azimuth">30.0</positionOffset>"#;
+    let model = model("", &voice(), BIRD);
+    let xml =
+        model.replacen("</audioPackFormatIDRef></audioObject>", &format!("</audioPackFormatIDRef>{offset}</audioObject>"), 1);
+    let found = read("film.wav", &wave(b"BW64", &xml), &ImportOptions::default(), &mut alone).unwrap();
+    near(found.path.pose_at(1.0).position, [0.75_f32.sqrt(), 0.5, 0.0], 1e-3);
+    assert!(found.notes.iter().any(|note| note.contains("offset is added: azimuth 30")), "{:?}", found.notes);
+    // Of the other kind than its positions.
+    let wrong = xml.replace("coordinate=\"azimuth\">30.0", "coordinate=\"X\">0.5");
+    let error = read("film.wav", &wave(b"BW64", &wrong), &ImportOptions::default(), &mut alone).unwrap_err().to_string();
+    assert!(error.contains("the X of its object's offset"), "{error}");
+}
+
+#[test]
+fn times_of_serial_adm_are_those_of_its_frame() {
+    let local = voice().replace("rtime=", "lstart=").replace("duration=", "lduration=");
+    let of = |voice: &str| {
+        read("film.wav", &wave(b"BW64", &model("", voice, BIRD)), &ImportOptions::default(), &mut alone).unwrap().path
+    };
+    assert_eq!(of(&local).keyframes(), of(&voice()).keyframes());
+}

@@ -5,3 +5,4 @@ mod colmap_models;
 mod common;
 mod damage;
 mod gltf;
+mod trajectories;

@@ -13,6 +13,7 @@ pub mod values;
 pub use read::{read_path, read_scene};
 
 use options::Options;
+use promenade_audio::file::keep_inputs;
 use std::ffi::OsString;
 use std::process::ExitCode;
 
@@ -54,6 +55,7 @@ How it is played
 /// and 2 for a command line that is not understood.
 #[expect(clippy::print_stdout, reason = "help is what was asked for")]
 pub fn main(program: &str, args: impl IntoIterator<Item = OsString>) -> ExitCode {
+    keep_inputs();
     match Options::parse(args) {
         Ok(None) => {
             print!("{program} {}", HELP.replacen("\nSCENE", &format!("\n{program} SCENE"), 1));

@@ -1,6 +1,7 @@
 //! The program from outside. What `promenade render` shares with it is tested there.
 
 use super::common::{player, scene, succeeds};
+use promenade_audio::sound;
 use promenade_audio::wav::{self, Format};
 use promenade_testing::heads::write_sofa;
 use promenade_testing::signal::{noise, rms};
@@ -29,7 +30,7 @@ fn a_file_is_played_into_a_folder_that_is_made_for_it() {
         let out = text(&folder, name);
         let (_, said) = succeeds(&[&[&scene, &dry, &out, "--bits", "32f"], more].concat());
         assert!(said.contains("times real time"), "{said}");
-        wav::read(Path::new(&out)).unwrap()
+        sound::read(Path::new(&out)).unwrap()
     };
     let plain = play("new/deep/plain.wav", &[]);
     assert!(plain.sample_rate_hz == RATE && plain.frames() > 3200 && plain.channels.len() == 2);
@@ -50,7 +51,7 @@ fn what_is_read_is_not_written_over() {
         let out = player(&args);
         let said = String::from_utf8(out.stderr).unwrap();
         assert_eq!((out.status.code(), said.lines().count()), (Some(1), 1), "{said}");
-        assert!(said.starts_with("error: ") && said.contains("expected a file that is not read as well"), "{said}");
+        assert!(said.starts_with("error: ") && said.contains("expected the name of a file that is not read as well"), "{said}");
     }
     assert_eq!(std::fs::read(&dry).unwrap(), before);
 }

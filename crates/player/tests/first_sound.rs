@@ -37,7 +37,7 @@ fn the_first_command_is_full_band_and_walks() {
         let mut args: Vec<&str> = args.iter().map(String::as_str).collect();
         args[2] = out.to_str().unwrap();
         succeeds(&args);
-        wav::read(&out).unwrap()
+        sound::read(&out).unwrap()
     };
     let heard = play(&args, "walk.wav");
     // Above what was measured a scene goes on as it was there, which is no treble of its own.

@@ -20,6 +20,8 @@ const MOST_BESIDE_M: f32 = 0.2;
 /// Conventions of microphones in rooms, whose two receivers need not be ears.
 const MICROPHONES: [&str; 2] = ["SingleRoomSRIR", "SingleRoomMIMOSRIR"];
 
+/// The convention of loudspeakers around a listener, of which there may be one.
+const SPEAKERS: &str = "MultiSpeakerBRIR";
 /// The convention of responses of headphones, whose drivers are emitters that no axis of the responses counts.
 const HEADPHONES: &str = "SimpleHeadphoneIR";
 
@@ -325,8 +327,9 @@ impl Sofa<'_> {
     ) -> Result<Vec<Vec3>, SofaError> {
         let positive = options.azimuth_positive.unwrap_or(Side::Left);
         let positions = self.0.points("SourcePosition", 0, measurements, positive)?;
-        // A single emitter stands for the source itself; several lie around it in its own axes.
-        let around = (emitters > 1).then(|| self.0.points("EmitterPosition", emitter, measurements, positive)).transpose()?;
+        // A single emitter stands for the source itself; several, and loudspeakers, lie around it in its own axes.
+        let several = emitters > 1 || self.0.attribute("SOFAConventions") == SPEAKERS && self.0.has("EmitterPosition");
+        let around = several.then(|| self.0.points("EmitterPosition", emitter, measurements, positive)).transpose()?;
         if positive == Side::Right && !positions.spherical && !around.as_ref().is_some_and(|a| a.spherical) {
             let expected = "spherical coordinates, whose azimuths may run to the right";
             return Err(self.0.wrong("SourcePosition", expected, "Cartesian ones"));

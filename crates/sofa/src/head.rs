@@ -1,5 +1,6 @@
 //! A head from a set of head-related responses.
 
+use crate::distance::farthest;
 use crate::ears::{Sided, ears_contradict};
 use crate::error::SofaError;
 use crate::file::{Sofa, SofaOptions};
@@ -42,12 +43,20 @@ const LATERAL: f32 = 0.5;
 /// was expected and what found.
 pub fn read_head(path: &Path) -> Result<Head, SofaError> {
     let sofa = Sofa::open(path)?;
-    let kept: Option<HashSet<usize>> = {
-        let directions: Vec<Vec3> = sofa.directions()?.iter().map(|d| d.normalize_or_zero()).collect();
+    let towards = sofa.directions()?;
+    let distances: Vec<f32> = towards.iter().map(|d| d.length()).collect();
+    let (near, note) = farthest(&distances).unzip();
+    let kept: HashSet<usize> = {
+        let all: Vec<usize> = (0..towards.len()).filter(|i| near.as_ref().is_none_or(|near: &Vec<bool>| near[*i])).collect();
+        let directions: Vec<Vec3> = all.iter().map(|i| towards[*i].normalize_or_zero()).collect();
         // A set of one side is mirrored: it has room for half as many.
         let one_sided = directions.iter().all(|d| d.y > -LATERAL) || directions.iter().all(|d| d.y < LATERAL);
         let most = if one_sided { MAX_HEAD_DIRECTIONS / 2 } else { MAX_HEAD_DIRECTIONS };
-        (directions.len() > most).then(|| spread(&directions, most).into_iter().collect())
+        if all.len() > most {
+            spread(&directions, most).into_iter().map(|i| all[i]).collect()
+        } else {
+            all.into_iter().collect()
+        }
     };
     let sample_rate_hz = sofa.sample_rate_hz()?;
     if !RATES_HZ.contains(&sample_rate_hz) {
@@ -59,7 +68,7 @@ pub fn read_head(path: &Path) -> Result<Head, SofaError> {
     let (about, exchanged) = sofa.of_ears(SofaOptions::default(), |recorded| {
         let here = number;
         number += 1;
-        if failure.is_some() || kept.as_ref().is_some_and(|kept| !kept.contains(&here)) {
+        if failure.is_some() || !kept.contains(&here) {
             return;
         }
         match analysis.spectra(&recorded) {
@@ -87,7 +96,8 @@ pub fn read_head(path: &Path) -> Result<Head, SofaError> {
         }
     }
     let head = |source: HeadError| SofaError::at(path, "no head")(source);
-    Head::new(&about.title, &about.credit, measured).map_err(head)
+    let name = note.map_or_else(|| about.title.clone(), |note| format!("{} ({note})", about.title));
+    Head::new(&name, &about.credit, measured).map_err(head)
 }
 
 fn contradicts(measured: &[HeadDirection]) -> bool {

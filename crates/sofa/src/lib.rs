@@ -7,6 +7,7 @@
 
 mod delay;
 mod directivity;
+mod distance;
 mod ears;
 mod error;
 mod file;
@@ -18,6 +19,7 @@ mod spherical;
 mod variables;
 
 pub use directivity::{Directions, read_directivity};
+pub use distance::farthest;
 pub use ears::{Sided, ears_contradict};
 pub use error::SofaError;
 pub use file::{Sofa, SofaOptions, check_size};

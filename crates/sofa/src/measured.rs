@@ -2,7 +2,7 @@
 
 use crate::error::SofaError;
 use crate::file::{Sofa, SofaOptions};
-use promenade_audio::wav;
+use promenade_audio::sound;
 use std::path::Path;
 
 /// Samples of all channels of a sound file together, at most.
@@ -23,7 +23,7 @@ pub fn read_measured(path: &Path) -> Result<(Vec<Vec<f32>>, f64), SofaError> {
 }
 
 fn of_sound(path: &Path) -> Result<(Vec<Vec<f32>>, f64), SofaError> {
-    let wav = wav::read_limited(path, MAX_SAMPLES)?;
+    let wav = sound::read_limited(path, MAX_SAMPLES)?;
     Ok((wav.channels, f64::from(wav.sample_rate_hz)))
 }
 

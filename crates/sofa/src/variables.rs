@@ -74,8 +74,8 @@ impl Variables<'_> {
     pub(crate) fn sample_rate(&self) -> Result<f64, SofaError> {
         let (_, rates) = self.values("Data.SamplingRate")?;
         let rate = rates.first().copied().unwrap_or(0.0);
-        let believed =
-            f64::from(*promenade_audio::wav::SAMPLE_RATES_HZ.start())..=f64::from(*promenade_audio::wav::SAMPLE_RATES_HZ.end());
+        let believed = f64::from(*promenade_audio::sound::SAMPLE_RATES_HZ.start())
+            ..=f64::from(*promenade_audio::sound::SAMPLE_RATES_HZ.end());
         if !believed.contains(&rate) || rates.iter().any(|&r| r != rate) {
             let expected = format!("one rate of {} to {} Hz", believed.start(), believed.end());
             return Err(self.wrong("Data.SamplingRate", expected, format!("{rates:?}")));

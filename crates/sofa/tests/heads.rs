@@ -14,6 +14,8 @@ const SPEED_M_S: f64 = 343.0;
 struct Set {
     /// Azimuth and elevation, degrees.
     directions: Vec<(f64, f64)>,
+    /// More of them, a fifth as far away and with the ears exchanged, as no head has it.
+    near: Vec<(f64, f64)>,
     rate_hz: f64,
     /// Whether the delays are beside the responses.
     beside: bool,
@@ -31,6 +33,7 @@ impl Set {
     fn of(directions: Vec<(f64, f64)>) -> Self {
         Self {
             directions,
+            near: Vec::new(),
             rate_hz: 48_000.0,
             beside: false,
             receivers: 2,
@@ -48,8 +51,11 @@ impl Set {
         for (name, value) in [("SOFAConventions", "SimpleFreeFieldHRIR"), ("DataType", self.data_type), ("Title", "Sphere")] {
             file.set_attr(name, text(value));
         }
-        let count = self.directions.len() as u64;
-        let positions: Vec<f64> = self.directions.iter().flat_map(|(azimuth, elevation)| [*azimuth, *elevation, 1.5]).collect();
+        let far = self.directions.iter().map(|direction| (*direction, 1.5));
+        let all: Vec<_> = far.chain(self.near.iter().map(|direction| (*direction, 0.3))).collect();
+        let count = all.len() as u64;
+        let positions: Vec<f64> =
+            all.iter().flat_map(|((azimuth, elevation), distance)| [*azimuth, *elevation, *distance]).collect();
         let spherical = file.create_dataset("SourcePosition");
         spherical.with_f64_data(&positions).with_shape(&[count, 3]).set_attr("Type", text("spherical"));
         file.create_dataset("ListenerPosition")
@@ -62,8 +68,9 @@ impl Set {
         ears.with_f64_data(&receivers).with_shape(&[self.receivers as u64, 3, 1]).set_attr("Type", text("cartesian"));
         file.create_dataset("Data.SamplingRate").with_f64_data(&[self.rate_hz]).with_shape(&[1]);
         let (mut samples, mut delays) = (Vec::new(), Vec::new());
-        for (m, (azimuth, elevation)) in self.directions.iter().enumerate() {
-            let y = azimuth.to_radians().sin() * elevation.to_radians().cos();
+        for (m, ((azimuth, elevation), distance)) in all.iter().enumerate() {
+            let side = if *distance < 1.0 { -1.0 } else { 1.0 };
+            let y = side * azimuth.to_radians().sin() * elevation.to_radians().cos();
             for receiver in 0..self.receivers {
                 let to_ear = if (receiver == 0) == self.right_first { -y } else { y };
                 let angle = to_ear.clamp(-1.0, 1.0).acos();
@@ -223,4 +230,13 @@ mod needs_shared {
             assert!((mit - tu).abs() < 70e-6 && mit * f64::from(azimuth) < 0.0, "{azimuth}: {mit} {tu}");
         }
     }
+}
+
+#[test]
+fn of_several_distances_the_farthest_is_taken() {
+    let level = grid(&[-30.0, 0.0, 30.0], |_| true);
+    let head = Set { near: level.clone(), ..Set::of(level.clone()) }.read().unwrap();
+    assert_eq!(head.directions().len(), level.len());
+    assert!(head.name().contains("at 1.50 m, the farthest of 2 distances"), "{}", head.name());
+    assert!((itd_s(&head, 90.0, 0.0) - wanted_s(1.0)).abs() < 6e-6);
 }

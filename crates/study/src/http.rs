@@ -2,60 +2,125 @@
 
 use promenade_audio::FileError;
 use std::borrow::Cow;
-use std::io::{BufRead, BufReader, Read, Write};
+use std::fs::File;
+use std::io::{self, BufRead, BufReader, ErrorKind, Read, Write};
 use std::net::{Shutdown, SocketAddr, TcpListener, TcpStream};
+use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Condvar, Mutex, PoisonError};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 /// Largest head of a request, bytes.
 const MOST_HEAD: u64 = 16 << 10;
 /// Most headers.
 const MOST_HEADERS: usize = 64;
-/// Most connections at a time; others wait.
-const MOST_CONNECTIONS: usize = 64;
-/// How long a client may be silent.
+/// Most connections at a time; others wait. Each has a thread, of which some 50 kB are ever touched.
+const MOST_CONNECTIONS: usize = 512;
+const STACK: usize = 256 << 10;
+/// Most bytes of the bodies of all requests at a time.
+const MOST_BODIES: usize = 32 << 20;
+/// How long a client may take for a request's head, and for what is sent either way besides a time for its bytes.
 const PATIENCE: Duration = Duration::from_secs(20);
+/// Bytes a second that a client must keep up with.
+const SLOWEST: u64 = 32 << 10;
 /// Bytes that are still taken from a client when it has its answer.
 const MOST_LEFT: u64 = 4 << 20;
 
 /// A server that listens, and has not begun to answer.
-pub struct Listener(TcpListener);
+pub struct Listener {
+    inner: TcpListener,
+    /// Names that a request may have for this machine; any where there are none.
+    hosts: Vec<String>,
+    /// Bytes of bodies that are being read.
+    bodies: AtomicUsize,
+}
+
+/// A connection that must end in time.
+struct Timed<'a> {
+    stream: &'a TcpStream,
+    end: Instant,
+}
+
+impl Timed<'_> {
+    /// Lets it end after so many bytes at the slowest.
+    fn allow(&mut self, bytes: u64) {
+        self.end = Instant::now() + PATIENCE + Duration::from_secs(bytes / SLOWEST);
+    }
+
+    fn left(&self) -> io::Result<Option<Duration>> {
+        let left = self.end.saturating_duration_since(Instant::now());
+        if left.is_zero() { Err(ErrorKind::TimedOut.into()) } else { Ok(Some(left)) }
+    }
+}
+
+impl Read for Timed<'_> {
+    fn read(&mut self, to: &mut [u8]) -> io::Result<usize> {
+        self.stream.set_read_timeout(self.left()?)?;
+        self.stream.read(to)
+    }
+}
+
+impl Write for Timed<'_> {
+    fn write(&mut self, from: &[u8]) -> io::Result<usize> {
+        self.stream.set_write_timeout(self.left()?)?;
+        self.stream.write(from)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.stream.flush()
+    }
+}
 
 /// A request, and its body, which has not been read.
-pub struct Request<'a> {
+pub struct Request<'a, 's> {
     /// Its method, such as `GET`.
     pub method: String,
     /// What is asked for, without what follows `?` or `#`.
     pub path: String,
-    /// The host that it names, without a port.
-    pub host: Option<String>,
     /// Bytes of its body, where it says how many.
     pub length: Option<usize>,
     /// What its body is, without parameters.
     pub kind: String,
+    /// The host that it names, without a port, and that of the page that sent it, where it says so.
+    host: Option<String>,
+    origin: Option<String>,
     expects: bool,
-    stream: &'a TcpStream,
-    reader: &'a mut dyn BufRead,
+    bodies: &'a AtomicUsize,
+    reader: &'a mut BufReader<Timed<'s>>,
+}
+
+/// What an answer holds.
+enum Body<'a> {
+    Bytes(Cow<'a, [u8]>),
+    File(File, u64),
 }
 
 /// What is answered.
 pub struct Response<'a> {
     status: &'static str,
     kind: &'static str,
-    body: Cow<'a, [u8]>,
+    body: Body<'a>,
 }
 
 impl<'a> Response<'a> {
-    /// A file or a part of memory.
+    /// A part of memory.
     #[must_use]
-    pub fn found(kind: &'static str, body: impl Into<Cow<'a, [u8]>>) -> Self {
-        Self { status: "200 OK", kind, body: body.into() }
+    pub fn found(kind: &'static str, body: &'a [u8]) -> Self {
+        Self { status: "200 OK", kind, body: Body::Bytes(body.into()) }
+    }
+
+    /// A file, which is sent as it is read.
+    ///
+    /// # Errors
+    /// The system's.
+    pub fn file(kind: &'static str, file: File) -> io::Result<Self> {
+        let length = file.metadata()?.len();
+        Ok(Self { status: "200 OK", kind, body: Body::File(file, length) })
     }
 
     /// Plain text.
     #[must_use]
     pub fn text(status: &'static str, text: impl Into<String>) -> Self {
-        Self { status, kind: "text/plain; charset=utf-8", body: text.into().into_bytes().into() }
+        Self { status, kind: "text/plain; charset=utf-8", body: Body::Bytes(text.into().into_bytes().into()) }
     }
 
     /// Where nothing is.
@@ -66,27 +131,33 @@ impl<'a> Response<'a> {
 }
 
 impl Listener {
-    /// Listens at an address; port 0 is any.
+    /// Listens at an address; port 0 is any. On the loopback address requests must name this machine, or one of `hosts`: a page
+    /// from elsewhere whose name leads here does not.
     ///
     /// # Errors
     /// An address that cannot be had.
-    pub fn bind(address: SocketAddr) -> Result<Self, FileError> {
-        TcpListener::bind(address).map(Self).map_err(FileError::read(&address.to_string()))
+    pub fn bind(address: SocketAddr, hosts: &[String]) -> Result<Self, FileError> {
+        let inner = TcpListener::bind(address).map_err(FileError::read(&address.to_string()))?;
+        let mut hosts = hosts.to_vec();
+        if address.ip().is_loopback() || !hosts.is_empty() {
+            hosts.extend(["localhost", "127.0.0.1", "[::1]"].map(str::to_owned));
+        }
+        Ok(Self { inner, hosts, bodies: AtomicUsize::new(0) })
     }
 
     /// Where it listens.
     ///
     /// # Errors
     /// The system's.
-    pub fn address(&self) -> std::io::Result<SocketAddr> {
-        self.0.local_addr()
+    pub fn address(&self) -> io::Result<SocketAddr> {
+        self.inner.local_addr()
     }
 
     /// Answers until the process ends.
-    pub fn run<'a>(&self, answer: impl Fn(&mut Request<'_>) -> Response<'a> + Sync) {
+    pub fn run<'a>(&self, answer: impl Fn(&mut Request<'_, '_>) -> Response<'a> + Sync) {
         let (open, closed) = (Mutex::new(0), Condvar::new());
         std::thread::scope(|scope| {
-            for stream in self.0.incoming() {
+            for stream in self.inner.incoming() {
                 // A connection that is gone before it is taken is nobody's loss.
                 let Ok(stream) = stream else { continue };
                 let mut count = open.lock().unwrap_or_else(PoisonError::into_inner);
@@ -97,12 +168,47 @@ impl Listener {
                 drop(count);
                 let place = Place { open: &open, closed: &closed };
                 let answer = &answer;
-                scope.spawn(move || {
-                    serve(answer, &stream);
+                let work = move || {
+                    self.serve(answer, &stream);
                     drop(place);
-                });
+                };
+                // Without a thread the client is sent away, and its place is free again.
+                let _ = std::thread::Builder::new().stack_size(STACK).spawn_scoped(scope, work);
             }
         });
+    }
+
+    fn serve<'a>(&self, answer: &impl Fn(&mut Request<'_, '_>) -> Response<'a>, stream: &TcpStream) {
+        let timed = || Timed { stream, end: Instant::now() + PATIENCE };
+        let mut reader = BufReader::new(timed());
+        let (Response { status, kind, body }, with_body) = match Request::read(&mut reader, &self.bodies) {
+            Ok(mut request) => match request.refused(&self.hosts) {
+                Some(refusal) => (refusal, true),
+                None => (answer(&mut request), request.method != "HEAD"),
+            },
+            Err(response) => (response, true),
+        };
+        let length = match &body {
+            Body::Bytes(bytes) => bytes.len() as u64,
+            Body::File(_, length) => *length,
+        };
+        let head = format!(
+            "HTTP/1.1 {status}\r\nContent-Type: {kind}\r\nContent-Length: {length}\r\nCache-Control: no-cache\r\n\
+             X-Content-Type-Options: nosniff\r\nConnection: close\r\n\r\n"
+        );
+        let mut writer = timed();
+        writer.allow(length);
+        // A client that has gone gets no answer.
+        let sent = writer.write_all(head.as_bytes()).and_then(|()| match body {
+            _ if !with_body => Ok(()),
+            Body::Bytes(bytes) => writer.write_all(&bytes),
+            Body::File(file, length) => io::copy(&mut file.take(length), &mut writer).map(|_| ()),
+        });
+        if sent.is_ok() {
+            let _ = stream.shutdown(Shutdown::Write);
+            // What is still on its way would end the connection before the answer is read.
+            let _ = io::copy(&mut reader.take(MOST_LEFT), &mut io::sink());
+        }
     }
 }
 
@@ -119,33 +225,8 @@ impl Drop for Place<'_> {
     }
 }
 
-fn serve<'a>(answer: &impl Fn(&mut Request<'_>) -> Response<'a>, stream: &TcpStream) {
-    let ready = stream.set_read_timeout(Some(PATIENCE)).and_then(|()| stream.set_write_timeout(Some(PATIENCE)));
-    if ready.is_err() {
-        return;
-    }
-    let mut reader = BufReader::new(stream);
-    let (Response { status, kind, body }, with_body) = match Request::read(stream, &mut reader) {
-        Ok(mut request) => (answer(&mut request), request.method != "HEAD"),
-        Err(response) => (response, true),
-    };
-    let head = format!(
-        "HTTP/1.1 {status}\r\nContent-Type: {kind}\r\nContent-Length: {}\r\nCache-Control: no-cache\r\n\
-         X-Content-Type-Options: nosniff\r\nConnection: close\r\n\r\n",
-        body.len()
-    );
-    let mut writer = stream;
-    // A client that has gone gets no answer.
-    let sent = writer.write_all(head.as_bytes()).and_then(|()| if with_body { writer.write_all(&body) } else { Ok(()) });
-    if sent.is_ok() {
-        let _ = stream.shutdown(Shutdown::Write);
-        // What is still on its way would end the connection before the answer is read.
-        let _ = std::io::copy(&mut reader.take(MOST_LEFT), &mut std::io::sink());
-    }
-}
-
-impl<'a> Request<'a> {
-    fn read(stream: &'a TcpStream, reader: &'a mut dyn BufRead) -> Result<Self, Response<'static>> {
+impl<'a, 's> Request<'a, 's> {
+    fn read(reader: &'a mut BufReader<Timed<'s>>, bodies: &'a AtomicUsize) -> Result<Self, Response<'static>> {
         let bad = || Response::text("400 Bad Request", "expected a request of HTTP/1.1\n");
         let mut head = Vec::new();
         let mut limited = (&mut *reader).take(MOST_HEAD);
@@ -170,16 +251,36 @@ impl<'a> Request<'a> {
             return Err(Response::text("411 Length Required", "expected a length\n"));
         }
         let before = |text: &str, ends: &[char]| text.split(ends).next().unwrap_or_default().trim().to_owned();
+        // A colon within brackets is part of an address.
+        let name = |host: &str| match host.rsplit_once(':') {
+            Some((name, port)) if port.bytes().all(|b| b.is_ascii_digit()) => name.to_ascii_lowercase(),
+            _ => host.to_ascii_lowercase(),
+        };
         Ok(Self {
             length: value("content-length").map(|text| text.parse()).transpose().map_err(|_| bad())?,
             kind: before(&value("content-type").unwrap_or_default(), &[';']),
             expects: value("expect").is_some(),
-            host: value("host").map(|host| host.rsplit_once(':').map_or(&*host, |(name, _)| name).to_owned()),
+            host: value("host").map(|host| name(&host)),
+            origin: value("origin").map(|origin| name(origin.split_once("://").map_or(&*origin, |(_, host)| host))),
             method: parsed.method.ok_or_else(bad)?.to_owned(),
             path: before(parsed.path.ok_or_else(bad)?, &['?', '#']),
-            stream,
+            bodies,
             reader,
         })
+    }
+
+    /// The answer to a request that names another machine, or comes from a page of one.
+    fn refused(&self, hosts: &[String]) -> Option<Response<'static>> {
+        let named = |host: &Option<String>| host.as_ref().is_some_and(|host| hosts.contains(host));
+        if !hosts.is_empty() && !named(&self.host) {
+            let found = self.host.as_deref().unwrap_or("none");
+            return Some(Response::text(
+                "421 Misdirected Request",
+                format!("expected a name of this machine, found {found}\n"),
+            ));
+        }
+        let foreign = self.origin.is_some() && self.origin != self.host && !named(&self.origin);
+        foreign.then(|| Response::text("403 Forbidden", "expected a request by a page of this server\n"))
     }
 
     /// The body, of `most` bytes at most.
@@ -192,12 +293,19 @@ impl<'a> Request<'a> {
             let said = format!("expected at most {most} bytes, found {length}\n");
             return Err(Response::text("413 Content Too Large", said));
         }
+        if self.bodies.fetch_add(length, Ordering::Relaxed) + length > MOST_BODIES {
+            self.bodies.fetch_sub(length, Ordering::Relaxed);
+            return Err(Response::text("503 Service Unavailable", "too much at a time\n"));
+        }
+        let timed = self.reader.get_mut();
+        timed.allow(length as u64);
         if self.expects {
-            let mut writer = self.stream;
-            let _ = writer.write_all(b"HTTP/1.1 100 Continue\r\n\r\n");
+            let _ = timed.write_all(b"HTTP/1.1 100 Continue\r\n\r\n");
         }
         let mut body = Vec::new();
-        match (&mut *self.reader).take(length as u64).read_to_end(&mut body) {
+        let read = (&mut *self.reader).take(length as u64).read_to_end(&mut body);
+        self.bodies.fetch_sub(length, Ordering::Relaxed);
+        match read {
             Ok(read) if read == length => Ok(body),
             _ => Err(Response::text("400 Bad Request", format!("expected {length} bytes, found {}\n", body.len()))),
         }

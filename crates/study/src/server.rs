@@ -6,6 +6,7 @@ use crate::intake::{Intake, Refusal};
 use crate::site::ANSWERS_PATH;
 use promenade_audio::FileError;
 use std::collections::BTreeMap;
+use std::fs::File;
 use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
 
@@ -17,18 +18,23 @@ const MOST_FILES: usize = 100_000;
 /// A server that listens, and has not begun to answer.
 pub struct Server {
     listener: Listener,
-    /// Files by their path in addresses.
+    /// Files by their path in addresses, without links on their ways.
     files: BTreeMap<String, PathBuf>,
     intake: Intake,
 }
 
 impl Server {
-    /// Listens at an address (port 0 is any) for a site, with a file of answers.
+    /// Listens at an address (port 0 is any) for a site, with a file of answers, which is never shown. `hosts` are names of this
+    /// machine beside its own ones.
     ///
     /// # Errors
     /// A folder that is no site, a file that cannot be written, an address that cannot be had.
-    pub fn new(address: SocketAddr, site: &Path, answers: &Path) -> Result<Self, FileError> {
-        Ok(Self { files: files_of(site)?, intake: Intake::open(site, answers)?, listener: Listener::bind(address)? })
+    pub fn new(address: SocketAddr, hosts: &[String], site: &Path, answers: &Path) -> Result<Self, FileError> {
+        let intake = Intake::open(site, answers)?;
+        let answers = answers.canonicalize().map_err(FileError::read(answers))?;
+        let mut files = files_of(site)?;
+        files.retain(|_, file| *file != answers);
+        Ok(Self { files, intake, listener: Listener::bind(address, hosts)? })
     }
 
     /// Where it listens.
@@ -44,7 +50,7 @@ impl Server {
         self.listener.run(|request| self.answer(request));
     }
 
-    fn answer(&self, request: &mut Request<'_>) -> Response<'static> {
+    fn answer(&self, request: &mut Request<'_, '_>) -> Response<'static> {
         let Some(name) = request.path.strip_prefix('/') else {
             return Response::text("400 Bad Request", "expected a path\n");
         };
@@ -52,8 +58,12 @@ impl Server {
             "GET" | "HEAD" => {
                 let name = if name.is_empty() { "index.html" } else { name };
                 // Names of a site need no percents, and paths beyond it have no name here.
-                let body = self.files.get(name).and_then(|file| std::fs::read(file).ok());
-                body.map_or_else(Response::nothing, |body| Response::found(promenade_web::media_type(name), body))
+                let found = self.files.get(name).and_then(|path| {
+                    // A file that was exchanged for a link leads elsewhere.
+                    let file = File::open(path).ok().filter(|_| path.canonicalize().is_ok_and(|real| real == *path))?;
+                    Response::file(promenade_web::media_type(name), file).ok()
+                });
+                found.unwrap_or_else(Response::nothing)
             }
             "POST" if name == ANSWERS_PATH => self.take(request).unwrap_or_else(|refused| refused),
             "POST" => Response::text("404 Not Found", "answers go to /answers\n"),
@@ -61,7 +71,7 @@ impl Server {
         }
     }
 
-    fn take(&self, request: &mut Request<'_>) -> Result<Response<'static>, Response<'static>> {
+    fn take(&self, request: &mut Request<'_, '_>) -> Result<Response<'static>, Response<'static>> {
         // Pages of other sites cannot send this kind unasked.
         if request.length.is_some_and(|length| length <= MOST_BODY) && request.kind != "application/json" {
             return Err(Response::text("415 Unsupported Media Type", "expected application/json\n"));
@@ -78,7 +88,7 @@ impl Server {
 /// All regular files below a folder, links left out, by their path with slashes.
 fn files_of(site: &Path) -> Result<BTreeMap<String, PathBuf>, FileError> {
     let mut files = BTreeMap::new();
-    let mut folders = vec![(site.to_owned(), String::new())];
+    let mut folders = vec![(site.canonicalize().map_err(FileError::read(site))?, String::new())];
     while let Some((folder, prefix)) = folders.pop() {
         for entry in std::fs::read_dir(&folder).map_err(FileError::read(&folder))? {
             let entry = entry.map_err(FileError::read(&folder))?;

@@ -51,6 +51,7 @@ struct Site<'a> {
 /// # Errors
 /// A file that cannot be read or written, is no sound or no scene; live scenes without an engine.
 pub fn write_site(study: &Study, file_of_study: &Path, to: &Path, engine: Option<&[u8]>) -> Result<Made, Fault> {
+    promenade_web::check_folder(to).map_err(Fault::new)?;
     let from = file_of_study.parent().unwrap_or(Path::new(""));
     let live = study.is_live();
     let (rng, names) = (Rng::with_seed(study.seed), HashMap::new());

@@ -29,7 +29,7 @@ impl Place {
         std::fs::write(at("secret.txt"), "secret").unwrap();
         let study = Study::read(&at("study.json")).unwrap();
         write_site(&study, &at("study.json"), &at("site"), None).unwrap();
-        let server = Server::new("127.0.0.1:0".parse().unwrap(), &at("site"), &at("answers.csv")).unwrap();
+        let server = Server::new("127.0.0.1:0".parse().unwrap(), &[], &at("site"), &at("answers.csv")).unwrap();
         let address = server.address().unwrap();
         std::thread::spawn(move || server.run());
         Self { folder, address }
@@ -48,12 +48,12 @@ impl Place {
     }
 
     fn get(&self, path: &str) -> (u32, String) {
-        self.raw(format!("GET {path} HTTP/1.1\r\nHost: x\r\n\r\n").as_bytes())
+        self.raw(format!("GET {path} HTTP/1.1\r\nHost: localhost\r\n\r\n").as_bytes())
     }
 
     fn post(&self, path: &str, body: &str) -> (u32, String) {
         let head = format!(
-            "POST {path} HTTP/1.1\r\nHost: x\r\nContent-Type: application/json\r\nContent-Length: {}\r\n\r\n",
+            "POST {path} HTTP/1.1\r\nHost: localhost\r\nContent-Type: application/json\r\nContent-Length: {}\r\n\r\n",
             body.len()
         );
         self.raw(format!("{head}{body}").as_bytes())
@@ -159,15 +159,26 @@ fn broken_and_huge_posts_change_nothing() {
         assert_eq!(place.post(path, &body(&good)).0, 404, "{path}");
     }
     let raw = |text: &str| place.raw(text.as_bytes()).0;
-    assert_eq!(raw("POST /answers HTTP/1.1\r\nContent-Type: application/json\r\nContent-Length: 99999999999\r\n\r\n"), 413);
-    assert_eq!(raw("POST /answers HTTP/1.1\r\nContent-Type: application/json\r\nContent-Length: -1\r\n\r\n"), 400);
-    assert_eq!(raw("POST /answers HTTP/1.1\r\nContent-Type: application/json\r\n\r\n"), 411);
-    assert_eq!(raw("POST /answers HTTP/1.1\r\nTransfer-Encoding: chunked\r\n\r\n"), 411);
-    assert_eq!(raw("POST /answers HTTP/1.1\r\nContent-Type: text/plain\r\nContent-Length: 2\r\n\r\n{}"), 415);
-    assert_eq!(raw("PUT /answers HTTP/1.1\r\nContent-Length: 2\r\n\r\n{}"), 405);
-    assert_eq!(raw("DELETE /study.json HTTP/1.1\r\n\r\n"), 405);
+    assert_eq!(
+        raw(
+            "POST /answers HTTP/1.1\r\nHost: localhost\r\nContent-Type: application/json\r\nContent-Length: 99999999999\r\n\r\n"
+        ),
+        413
+    );
+    assert_eq!(
+        raw("POST /answers HTTP/1.1\r\nHost: localhost\r\nContent-Type: application/json\r\nContent-Length: -1\r\n\r\n"),
+        400
+    );
+    assert_eq!(raw("POST /answers HTTP/1.1\r\nHost: localhost\r\nContent-Type: application/json\r\n\r\n"), 411);
+    assert_eq!(raw("POST /answers HTTP/1.1\r\nHost: localhost\r\nTransfer-Encoding: chunked\r\n\r\n"), 411);
+    assert_eq!(
+        raw("POST /answers HTTP/1.1\r\nHost: localhost\r\nContent-Type: text/plain\r\nContent-Length: 2\r\n\r\n{}"),
+        415
+    );
+    assert_eq!(raw("PUT /answers HTTP/1.1\r\nHost: localhost\r\nContent-Length: 2\r\n\r\n{}"), 405);
+    assert_eq!(raw("DELETE /study.json HTTP/1.1\r\nHost: localhost\r\n\r\n"), 405);
     assert_eq!(raw("nonsense\r\n\r\n"), 400);
-    assert_eq!(raw(&format!("GET / HTTP/1.1\r\nX: {}\r\n\r\n", "x".repeat(20_000))), 400);
+    assert_eq!(raw(&format!("GET / HTTP/1.1\r\nHost: localhost\r\nX: {}\r\n\r\n", "x".repeat(20_000))), 400);
     assert_eq!(place.answers(), head, "nothing was written");
     assert_eq!(place.post("/answers", &body(&good)).0, 200);
     assert_eq!(place.answers().lines().count(), 2);
@@ -181,11 +192,110 @@ fn an_old_file_goes_on_and_another_is_left_alone() {
     let before = place.answers();
     // Half a line, as a machine leaves that lost its power.
     std::fs::write(&answers, format!("{before}rooms,q,")).unwrap();
-    let again = Server::new("127.0.0.1:0".parse().unwrap(), &site, &answers);
+    let again = Server::new("127.0.0.1:0".parse().unwrap(), &[], &site, &answers);
     assert!(again.is_ok() && place.answers().ends_with("rooms,q,\n"));
     let other = place.folder.path().join("secret.txt");
-    let refused = Server::new("127.0.0.1:0".parse().unwrap(), &site, &other).err().unwrap().to_string();
+    let refused = Server::new("127.0.0.1:0".parse().unwrap(), &[], &site, &other).err().unwrap().to_string();
     assert!(refused.contains("secret.txt"), "{refused}");
     assert_eq!(std::fs::read_to_string(&other).unwrap(), "secret");
-    assert!(Server::new("127.0.0.1:0".parse().unwrap(), Path::new("/nowhere"), &answers).is_err());
+    assert!(Server::new("127.0.0.1:0".parse().unwrap(), &[], Path::new("/nowhere"), &answers).is_err());
+}
+
+/// Waits for a condition, some seconds at most.
+fn comes(condition: impl Fn() -> bool) -> bool {
+    (0..400).any(|_| {
+        std::thread::sleep(std::time::Duration::from_millis(25));
+        condition()
+    })
+}
+
+#[test]
+fn answers_are_not_shown_though_they_lie_in_the_site() {
+    let place = Place::new();
+    let site = place.folder.path().join("site");
+    let answers = site.join("answers.csv");
+    for _ in 0..2 {
+        let server = Server::new("127.0.0.1:0".parse().unwrap(), &[], &site, &answers).unwrap();
+        let place = Place { folder: tempfile::tempdir().unwrap(), address: server.address().unwrap() };
+        std::thread::spawn(move || server.run());
+        assert_eq!(place.post("/answers", &body(&row("p", "x"))).0, 200);
+        assert_eq!((place.get("/answers.csv").0, place.get("/study.json").0), (404, 200));
+    }
+}
+
+#[cfg(unix)]
+#[test]
+fn a_file_that_became_a_link_is_not_followed() {
+    let place = Place::new();
+    let at = |name: &str| place.folder.path().join(name);
+    assert_eq!(place.get("/study.json").0, 200);
+    std::fs::remove_file(at("site/study.json")).unwrap();
+    std::os::unix::fs::symlink(at("secret.txt"), at("site/study.json")).unwrap();
+    assert_eq!(place.get("/study.json").0, 404);
+}
+
+#[test]
+fn requests_name_this_machine_and_come_from_its_pages() {
+    let place = Place::new();
+    let get = |head: &str| place.raw(format!("GET /study.json HTTP/1.1\r\n{head}\r\n").as_bytes()).0;
+    for (head, status) in [
+        ("Host: localhost:8090\r\n", 200),
+        ("Host: 127.0.0.1\r\n", 200),
+        ("Host: [::1]:80\r\nOrigin: http://[::1]:80\r\n", 200),
+        ("Host: evil.example\r\n", 421),
+        ("", 421),
+        ("Host: localhost\r\nOrigin: http://localhost:8090\r\n", 200),
+        ("Host: localhost\r\nOrigin: https://evil.example\r\n", 403),
+        ("Host: localhost\r\nOrigin: null\r\n", 403),
+    ] {
+        assert_eq!(get(head), status, "{head}");
+    }
+    let hosts = ["study.example".to_owned()];
+    let at = |name: &str| place.folder.path().join(name);
+    let server = Server::new("127.0.0.1:0".parse().unwrap(), &hosts, &at("site"), &at("answers.csv")).unwrap();
+    let named = Place { folder: tempfile::tempdir().unwrap(), address: server.address().unwrap() };
+    std::thread::spawn(move || server.run());
+    let head = "Host: study.example\r\nOrigin: https://study.example\r\n\r\n";
+    assert_eq!(named.raw(format!("GET /study.json HTTP/1.1\r\n{head}").as_bytes()).0, 200);
+}
+
+#[test]
+fn clients_that_drip_keep_nobody_out() {
+    let place = Place::new();
+    let mut slow: Vec<TcpStream> = (0..200).map(|_| TcpStream::connect(place.address).unwrap()).collect();
+    slow.iter_mut().for_each(|client| client.write_all(b"GET / HT").unwrap());
+    assert!(comes(|| place.get("/study.json").0 == 200));
+}
+
+/// Resident memory of this process, bytes.
+#[cfg(target_os = "linux")]
+fn memory() -> usize {
+    let pages = std::fs::read_to_string("/proc/self/statm").unwrap();
+    4096 * pages.split(' ').nth(1).unwrap().parse::<usize>().unwrap()
+}
+
+/// Sixty clients that take a large file slowly, hundreds that drip, and bodies of 100 MB.
+#[cfg(target_os = "linux")]
+#[test]
+fn clients_without_end_cost_little_memory() {
+    let place = Place::new();
+    let (site, answers) = (place.folder.path().join("site"), place.folder.path().join("answers.csv"));
+    std::fs::File::create(site.join("long.wav")).unwrap().set_len(86 << 20).unwrap();
+    let server = Server::new("127.0.0.1:0".parse().unwrap(), &[], &site, &answers).unwrap();
+    let place = Place { folder: tempfile::tempdir().unwrap(), address: server.address().unwrap() };
+    std::thread::spawn(move || server.run());
+    let before = memory();
+    let begins = |head: &str| {
+        let mut client = TcpStream::connect(place.address).unwrap();
+        client.write_all(head.as_bytes()).unwrap();
+        client
+    };
+    let large = "POST /answers HTTP/1.1\r\nHost: localhost\r\nContent-Type: application/json\r\nContent-Length: ";
+    let mut clients: Vec<TcpStream> = (0..60).map(|_| begins("GET /long.wav HTTP/1.1\r\nHost: localhost\r\n\r\n")).collect();
+    clients.extend((0..300).map(|_| begins("GET / HT")));
+    clients.extend((0..60).map(|_| begins(&format!("{large}104857600\r\n\r\n"))));
+    clients.extend((0..60).map(|_| begins(&format!("{large}4194304\r\n\r\n"))));
+    assert!(comes(|| place.get("/study.json").0 == 200));
+    let grown = memory().saturating_sub(before);
+    assert!(grown < 64 << 20, "{grown} bytes");
 }

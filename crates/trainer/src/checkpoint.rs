@@ -98,7 +98,7 @@ impl Checkpoint {
         let mut file =
             safetensors::serialize(views, Some(HashMap::from([(KEY.to_owned(), header)]))).map_err(|e| unwritten(e.into()))?;
         file.extend(crc32fast::hash(&file).to_le_bytes());
-        atomic::write(path, &file)
+        atomic::replace(path, &file)
     }
 
     /// Reads one.

@@ -17,4 +17,4 @@ mod page;
 
 pub use engine::{Engine, LoadOptions};
 #[cfg(not(target_family = "wasm"))]
-pub use page::{ENGINE_FILE, files, media_type};
+pub use page::{ENGINE_FILE, check_folder, files, media_type};

@@ -3,6 +3,20 @@
 /// The engine's file in a site, which is built apart from these (`cargo xtask web`).
 pub const ENGINE_FILE: &str = "engine/promenade.wasm";
 
+/// Refuses a folder whose page was made by somebody else: a site would replace it.
+///
+/// # Errors
+/// The file, what was expected and what was found.
+pub fn check_folder(folder: &std::path::Path) -> Result<(), String> {
+    let page = folder.join("index.html");
+    match std::fs::read(&page) {
+        Ok(bytes) if !String::from_utf8_lossy(&bytes).contains("content=\"Promenade\"") => {
+            Err(format!("{}: expected a folder without a page, or with one of Promenade, found another", page.display()))
+        }
+        _ => Ok(()),
+    }
+}
+
 macro_rules! files {
     ($($name:literal),* $(,)?) => {
         &[$(($name, include_str!(concat!("../page/", $name)))),*]

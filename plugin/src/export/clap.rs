@@ -106,6 +106,7 @@ struct Theirs {
     on_main_thread: Call,
     unmake: Unmake,
     process: Process,
+    start: unsafe extern "C" fn(*const clap_plugin) -> bool,
 }
 
 extern "C" fn init(_path: *const c_char) -> bool {
@@ -147,8 +148,8 @@ unsafe extern "C" fn create_plugin(
     let Some(kind) = DESCRIPTORS.iter().position(|known| known.clap_id() == id) else { return std::ptr::null() };
     let (make, unmake) = MAKERS[kind];
     let Some((theirs, side)) = guard(None, || Some((make(host), HostSide::newborn()?))) else { return std::ptr::null() };
-    let (Some(init), Some(get_extension), Some(on_main_thread), Some(process)) =
-        (theirs.init, theirs.get_extension, theirs.on_main_thread, theirs.process)
+    let (Some(init), Some(get_extension), Some(on_main_thread), Some(process), Some(start)) =
+        (theirs.init, theirs.get_extension, theirs.on_main_thread, theirs.process, theirs.start_processing)
     else {
         return std::ptr::null();
     };
@@ -158,9 +159,10 @@ unsafe extern "C" fn create_plugin(
         on_main_thread: Some(serve_on_main_thread),
         destroy: Some(forget_and_destroy),
         process: Some(values::process),
+        start_processing: Some(start_and_go_on),
         ..theirs
     };
-    let theirs = Theirs { init, get_extension, on_main_thread, unmake, process };
+    let theirs = Theirs { init, get_extension, on_main_thread, unmake, process, start };
     Box::into_raw(Box::new(Hosted { plugin, host, side, theirs, kind })).cast()
 }
 
@@ -221,6 +223,14 @@ fn wake(host: usize) {
             request(host);
         }
     }
+}
+
+/// Starts, and after a mere pause goes on: some hosts stop and start around each block, where the framework would begin anew.
+#[expect(unsafe_code, reason = "hosts hand over pointers")]
+unsafe extern "C" fn start_and_go_on(plugin: *const clap_plugin) -> bool {
+    let Some(Hosted { side, theirs, .. }) = hosted(plugin) else { return false };
+    // SAFETY: the plugin is the framework's.
+    side.starting(|| unsafe { (theirs.start)(plugin) })
 }
 
 #[expect(unsafe_code, reason = "hosts hand over pointers")]

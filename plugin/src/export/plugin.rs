@@ -393,11 +393,14 @@ impl<const FURTHER: usize> Plugin for Promenade<FURTHER> {
     }
 
     fn activate(&mut self, layout: &AudioIOLayout, config: &BufferConfig, context: &mut impl ActivateContext<Self>) -> bool {
+        self.instance.host_side.activated();
         self.fused(|plugin| plugin.start(layout, config, context)).unwrap_or(false)
     }
 
     fn reset(&mut self) {
-        self.fused(Self::forget_sound);
+        if !self.instance.host_side.is_resuming() {
+            self.fused(Self::forget_sound);
+        }
     }
 
     fn deactivate(&mut self) {

@@ -7,7 +7,7 @@ use crate::worker::flag::Flag;
 use crate::worker::lock::lock;
 use crossbeam_queue::ArrayQueue;
 use nice_plug::prelude::Enum;
-use promenade_audio::wav::Wav;
+use promenade_audio::sound::Sound;
 use promenade_audio::{FileError, resample, sound};
 use promenade_fault::Fault;
 use std::path::Path;
@@ -44,7 +44,7 @@ pub struct Track {
 /// What is played, and how. The window and the loader set it, the audio thread reads it.
 pub struct Player {
     /// The file as it is on disk.
-    source: Mutex<Option<Wav>>,
+    source: Mutex<Option<Sound>>,
     walk: OnceLock<SavedWalk>,
     latency: OnceLock<LatencyChoice>,
     sample_rate_hz: AtomicU32,

@@ -122,6 +122,9 @@ pub struct HostSide {
     prepare: OnceLock<Prepare>,
     /// Whether the host has said, for the next activation, that it renders offline.
     offline: AtomicBool,
+    /// Whether it has started since the last activation, and whether it is starting again now.
+    started: AtomicBool,
+    resuming: AtomicBool,
 }
 
 /// From a sample rate, Hz, to latency and tail, samples.
@@ -167,6 +170,24 @@ impl HostSide {
     #[must_use]
     pub fn newborn() -> Option<Arc<Self>> {
         NEWBORN.take().upgrade()
+    }
+
+    /// Calls what starts the instance; the first time after an activation its sound begins anew.
+    pub(crate) fn starting<T>(&self, start: impl FnOnce() -> T) -> T {
+        self.resuming.store(self.started.swap(true, Ordering::AcqRel), Ordering::Release);
+        let started = start();
+        self.resuming.store(false, Ordering::Release);
+        started
+    }
+
+    /// It is activated anew.
+    pub(crate) fn activated(&self) {
+        self.started.store(false, Ordering::Release);
+    }
+
+    /// Whether it starts again after a pause, when its sound goes on.
+    pub(crate) fn is_resuming(&self) -> bool {
+        self.resuming.load(Ordering::Acquire)
     }
 
     /// Samples by which the sound is late, as of the last activation.

@@ -4,12 +4,22 @@ use super::file::bytes as bytes_of;
 use super::names::Names;
 use super::{Mesh, Triangle};
 use crate::error::AcousticsError;
+use base64::Engine;
+use base64::engine::general_purpose::STANDARD;
 use glam::{DMat4, DVec3};
-use gltf::Semantic;
+use gltf::accessor::{DataType, Dimensions, Item, Iter};
 use gltf::buffer::Source;
+use gltf::mesh::Mode;
+use gltf::{Accessor, Semantic};
+use percent_encoding::percent_decode_str;
 use std::collections::HashSet;
 use std::panic::catch_unwind;
 use std::path::Path;
+
+/// Beginnings of the names of extensions that a file may require: they change how surfaces look and not where they are, or are
+/// read.
+const KNOWN: [&str; 7] =
+    ["KHR_materials_", "KHR_lights_", "KHR_texture_", "EXT_texture_", "MSFT_texture_", "KHR_xmp", "KHR_mesh_quantization"];
 
 pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<Mesh, AcousticsError> {
     // The crate looks at a file in part only, and panics where numbers in it lead nowhere.
@@ -26,9 +36,10 @@ fn buffers(path: &Path, file: &gltf::Gltf) -> Result<Vec<Vec<u8>>, AcousticsErro
         let data = match buffer.source() {
             Source::Bin => file.blob.clone().ok_or_else(|| wrong("a binary chunk", "none".into()))?,
             Source::Uri(uri) if uri.starts_with("data:") => {
-                return Err(wrong("buffers in a .glb file or in files beside it", "one in the text".into()));
+                let coded = uri.split_once(";base64,").and_then(|(_, coded)| STANDARD.decode(coded).ok());
+                coded.ok_or_else(|| wrong("a data URI in base64", uri.chars().take(40).collect()))?
             }
-            Source::Uri(uri) => bytes_of(&folder.join(uri))?,
+            Source::Uri(uri) => bytes_of(&folder.join(&*percent_decode_str(uri).decode_utf8_lossy()))?,
         };
         if data.len() < buffer.length() {
             return Err(wrong(&format!("a buffer of {} bytes", buffer.length()), data.len().to_string()));
@@ -40,7 +51,11 @@ fn buffers(path: &Path, file: &gltf::Gltf) -> Result<Vec<Vec<u8>>, AcousticsErro
 
 fn parse(path: &Path, bytes: &[u8]) -> Result<Mesh, AcousticsError> {
     let wrong = |expected: &str, found: String| AcousticsError::content(path, expected, found);
-    let file = gltf::Gltf::from_slice(bytes).map_err(|e| wrong("a readable glTF file", e.to_string()))?;
+    let unreadable = |e: gltf::Error| wrong("a readable glTF file", e.to_string());
+    let file = gltf::Gltf::from_slice_without_validation(bytes).map_err(unreadable)?;
+    if let Some(name) = file.extensions_required().find(|name| !KNOWN.iter().any(|known| name.starts_with(known))) {
+        return Err(wrong("a glTF file without compression and other required extensions", name.to_owned()));
+    }
     let buffers = buffers(path, &file)?;
     // A value takes a byte at least; without a limit a short file could ask for any memory.
     let held: usize = buffers.iter().map(Vec::len).sum();
@@ -62,27 +77,58 @@ fn parse(path: &Path, bytes: &[u8]) -> Result<Mesh, AcousticsError> {
         let place = parent * local;
         nodes.extend(node.children().map(|child| (child, place)));
         for primitive in node.mesh().into_iter().flat_map(|m| m.primitives()) {
-            if primitive.mode() != gltf::mesh::Mode::Triangles {
+            if !matches!(primitive.mode(), Mode::Triangles | Mode::TriangleStrip | Mode::TriangleFan) {
                 continue;
             }
             // A mesh may stand in many places: what that makes is known before it is made.
             let count = primitive.get(&Semantic::Positions).map_or(0, |accessor| accessor.count());
             let corners = primitive.indices().map_or(count, |accessor| accessor.count());
-            mesh.within_limits_with(corners / 3, count).map_err(|found| wrong(Mesh::EXPECTED, found))?;
+            let triangles = if primitive.mode() == Mode::Triangles { corners / 3 } else { corners.saturating_sub(2) };
+            mesh.within_limits_with(triangles, count).map_err(|found| wrong(Mesh::EXPECTED, found))?;
             let group = groups.number(primitive.material().name().or(node.name()).unwrap_or("surface"));
             let reader = primitive.reader(|buffer| buffers.get(buffer.index()).map(Vec::as_slice));
             let first = mesh.vertices.len() as u32;
-            let positions = reader.read_positions().ok_or_else(|| wrong("positions of vertices", "none".into()))?;
-            let world = |p: [f32; 3]| place.transform_point3(DVec3::from_array(p.map(f64::from))).to_array();
-            mesh.vertices.extend(positions.map(world));
+            let positions = primitive.get(&Semantic::Positions).and_then(|accessor| positions(&accessor, &buffers));
+            let positions = positions.ok_or_else(|| wrong("positions of vertices", "none".into()))?;
+            mesh.vertices.extend(positions.into_iter().map(|p| place.transform_point3(p).to_array()));
             let indices: Vec<u32> = match reader.read_indices() {
                 Some(indices) => indices.into_u32().collect(),
                 None => (0..mesh.vertices.len() as u32 - first).collect(),
             };
-            let corners = indices.as_chunks::<3>().0.iter();
-            mesh.triangles.extend(corners.map(|c| Triangle { corners: c.map(|i| first.saturating_add(i)), group }));
+            // Either side of a triangle reflects: its sense of rotation does not matter.
+            let corners: Vec<[u32; 3]> = match (primitive.mode(), &indices[..]) {
+                (Mode::TriangleStrip, strip) => strip.array_windows::<3>().copied().collect(),
+                (Mode::TriangleFan, [hub, rim @ ..]) => rim.array_windows::<2>().map(|[a, b]| [*hub, *a, *b]).collect(),
+                (_, list) => list.as_chunks::<3>().0.to_vec(),
+            };
+            // Strips hold triangles without a surface where they turn back.
+            let whole = corners.into_iter().filter(|[a, b, c]| a != b && b != c && c != a);
+            mesh.triangles.extend(whole.map(|c| Triangle { corners: c.map(|i| first.saturating_add(i)), group }));
         }
     }
     mesh.groups = groups.into_all();
     Ok(mesh)
+}
+
+/// Places in floats, or in integers that stand for themselves or for shares of their largest (KHR_mesh_quantization).
+fn positions(accessor: &Accessor<'_>, buffers: &[Vec<u8>]) -> Option<Vec<DVec3>> {
+    fn all<T: Item + Copy>(of: &Accessor<'_>, buffers: &[Vec<u8>], value: impl Fn(T) -> f64) -> Option<Vec<DVec3>>
+    where
+        [T; 3]: Item,
+    {
+        let buffer = |buffer: gltf::Buffer<'_>| buffers.get(buffer.index()).map(Vec::as_slice);
+        Some(Iter::<[T; 3]>::new(of.clone(), buffer)?.map(|p| DVec3::from_array(p.map(&value))).collect())
+    }
+    let share = |most: f64| if accessor.normalized() { most.recip() } else { 1.0 };
+    if accessor.dimensions() != Dimensions::Vec3 {
+        return None;
+    }
+    match accessor.data_type() {
+        DataType::F32 => all(accessor, buffers, |v: f32| v.into()),
+        DataType::I8 => all(accessor, buffers, |v: i8| f64::from(v) * share(127.0)),
+        DataType::U8 => all(accessor, buffers, |v: u8| f64::from(v) * share(255.0)),
+        DataType::I16 => all(accessor, buffers, |v: i16| f64::from(v) * share(32_767.0)),
+        DataType::U16 => all(accessor, buffers, |v: u16| f64::from(v) * share(65_535.0)),
+        DataType::U32 => None,
+    }
 }

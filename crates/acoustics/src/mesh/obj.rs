@@ -15,6 +15,7 @@ const NAMES: &str = "promenade-names";
 
 pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<Mesh, AcousticsError> {
     let mut used = Names::default();
+    let bytes = &plain(bytes)[..];
     for line in bytes.split(|b| *b == b'\n') {
         let line = String::from_utf8_lossy(line);
         if let Some(name) = line.trim().strip_prefix("usemtl ") {
@@ -64,6 +65,19 @@ pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<Mesh, AcousticsError> {
     }
     mesh.groups = groups.into_all();
     Ok(mesh)
+}
+
+/// The text with lines that a backslash continues in one, and spaces for tabs.
+fn plain(bytes: &[u8]) -> Vec<u8> {
+    let mut plain = Vec::with_capacity(bytes.len());
+    for line in bytes.split_inclusive(|b| *b == b'\n') {
+        match line.trim_ascii_end().strip_suffix(b"\\") {
+            Some(begun) => plain.extend([begun, b" "].concat()),
+            None => plain.extend(line),
+        }
+    }
+    plain.iter_mut().filter(|b| **b == b'\t').for_each(|b| *b = b' ');
+    plain
 }
 
 impl Mesh {

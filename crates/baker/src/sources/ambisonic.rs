@@ -34,7 +34,7 @@ const FADE_S: f64 = 0.005;
 /// How far the direct sound may come from beside its stated source, degrees.
 const MAX_OFF_DEG: f32 = 30.0;
 
-/// How the channels of a response are scaled.
+/// How the channels of a response are ordered and scaled.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Normalisation {
     /// No channel louder than the first for one plane wave, as in AmbiX.
@@ -42,7 +42,38 @@ pub enum Normalisation {
     Sn3d,
     /// All channels of equal energy in a diffuse field.
     N3d,
+    /// Furse and Malham's: channels in the order W, X, Y, Z, R ... Q, the first 3 dB lower, to order 3.
+    Fuma,
 }
+
+/// Where each channel of AmbiX is among those of Furse and Malham, and its gain to SN3D (Malham, "Higher order Ambisonic
+/// systems", 2003).
+const FUMA: [(usize, f32); 16] = {
+    // Square roots of 2, 3/4, 5/8, 5/9 and 32/45.
+    const W: f32 = std::f32::consts::SQRT_2;
+    const S: f32 = 0.866_025_4;
+    const P: f32 = 0.790_569_4;
+    const N: f32 = 0.745_356;
+    const L: f32 = 0.843_274;
+    [
+        (0, W),
+        (2, 1.0),
+        (3, 1.0),
+        (1, 1.0),
+        (8, S),
+        (6, S),
+        (4, 1.0),
+        (5, S),
+        (7, S),
+        (15, P),
+        (13, N),
+        (11, L),
+        (9, 1.0),
+        (10, L),
+        (12, N),
+        (14, P),
+    ]
+};
 
 /// An Ambisonic response.
 #[derive(Clone, Debug, PartialEq)]
@@ -53,7 +84,7 @@ pub struct AmbisonicResponse {
     pub source: Option<Vec3>,
     /// Metres to the source where its place is not known.
     pub distance_m: Option<f32>,
-    /// Impulse responses of the channels in the order of AmbiX (ACN), all of one length.
+    /// Impulse responses of the channels, all of one length.
     pub channels: Vec<Vec<f32>>,
     /// File or index it came from.
     pub name: String,
@@ -114,7 +145,7 @@ impl AmbisonicResponses {
         let (mut responses, mut notes) = (Vec::with_capacity(yaws * self.responses.len()), self.notes.clone());
         for (index, response) in self.responses.iter().enumerate() {
             let wrong = |expected: String, found: String| BakeError::entry(&self.path, &response.name, expected, found);
-            let order = response.order().map_err(|(e, f)| wrong(e, f))?;
+            let order = response.order(self.normalisation).map_err(|(e, f)| wrong(e, f))?;
             let (_, filters) = match &decoder {
                 Some(kept) if kept.0 == order => kept,
                 _ => decoder.insert((order, filters(order, Incidence::Diffuse, hrtf, Frame::of(hrtf), |d| spectra(hrtf, d)))),
@@ -154,27 +185,42 @@ impl AmbisonicResponses {
 type Mistake = (String, String);
 
 impl Normalisation {
-    /// Refuses channels that the other one fits better: in the direct sound, which is nearly one plane wave, the dipoles
-    /// together are as loud as the omnidirectional channel, and 4.8 dB louder in N3D. They were scaled as this one has it.
+    /// Every one, its name, and how much louder the dipoles together are than the omnidirectional channel in one plane wave, dB.
+    const ALL: [(Self, &str, f64); 3] = [(Self::Sn3d, "sn3d", 0.0), (Self::Fuma, "fuma", 3.010_3), (Self::N3d, "n3d", 4.771_2)];
+
+    /// Refuses channels that another one fits better: the direct sound is nearly one plane wave. `dipoles_db` is how much louder
+    /// its dipoles are, with channels scaled as this one has it.
     fn check(self, dipoles_db: f64) -> Result<(), Mistake> {
-        let n3d_db = 10.0 * 3.0_f64.log10();
-        let (other, off_db) = match self {
-            Self::Sn3d => ("N3D", dipoles_db),
-            Self::N3d => ("SN3D", -dipoles_db),
-        };
-        if off_db < 0.5 * n3d_db {
+        let own_db = Self::ALL.iter().find(|(n, ..)| *n == self).map_or(0.0, |n| n.2);
+        let off_db = |n: &(Self, &str, f64)| (dipoles_db + own_db - n.2).abs();
+        let Some((nearest, name, _)) = Self::ALL.iter().min_by(|a, b| off_db(a).total_cmp(&off_db(b))) else { return Ok(()) };
+        if *nearest == self {
             return Ok(());
         }
         let expected = "dipoles as loud as the omnidirectional channel in the direct sound";
-        Err((expected.to_owned(), format!("{dipoles_db:+.1} dB: are the channels scaled as in {other}?")))
+        Err((expected.to_owned(), format!("{dipoles_db:+.1} dB, as with `--normalisation {name}`")))
+    }
+
+    /// Where a channel of AmbiX is stored, and its gain to N3D.
+    fn stored(self, channel: usize) -> (usize, f32) {
+        let n3d = ((2 * degree(channel) + 1) as f32).sqrt();
+        match self {
+            Self::N3d => (channel, 1.0),
+            Self::Sn3d => (channel, n3d),
+            Self::Fuma => (FUMA[channel].0, FUMA[channel].1 * n3d),
+        }
     }
 }
 
 impl AmbisonicResponse {
     /// The order of its channels.
-    fn order(&self) -> Result<usize, Mistake> {
-        let wrong = |found: usize| ("4, 9, 16 or 25 channels, the orders 1 to 4".to_owned(), format!("{found} channels"));
-        let order = order_of(self.channels.len()).ok_or_else(|| wrong(self.channels.len()))?;
+    fn order(&self, normalisation: Normalisation) -> Result<usize, Mistake> {
+        let (most, expected) = match normalisation {
+            Normalisation::Fuma => (3, "4, 9 or 16 channels, the orders 1 to 3"),
+            _ => (4, "4, 9, 16 or 25 channels, the orders 1 to 4"),
+        };
+        let wrong = || (expected.to_owned(), format!("{} channels", self.channels.len()));
+        let order = order_of(self.channels.len()).filter(|order| *order <= most).ok_or_else(wrong)?;
         match self.channels.iter().find(|c| c.len() != self.channels[0].len()) {
             Some(other) => Err((format!("channels of {} samples", self.channels[0].len()), format!("one of {}", other.len()))),
             None => Ok(order),
@@ -222,13 +268,12 @@ impl Split {
             (0.5 * std::f32::consts::PI * passed).cos().powi(2)
         };
         let end = (mixing + fade).min(w.len());
-        let gain = |channel: usize| match from {
-            Normalisation::N3d => 1.0,
-            Normalisation::Sn3d => ((2 * degree(channel) + 1) as f32).sqrt(),
-        };
         let part = |of: &dyn Fn(usize) -> f32| -> Vec<Vec<f32>> {
-            let one = |(c, x): (usize, &Vec<f32>)| x.iter().enumerate().map(|(i, v)| gain(c) * of(i) * v).collect();
-            response.channels.iter().take(channels(order)).enumerate().map(one).collect()
+            let one = |c: usize| {
+                let (at, gain) = from.stored(c);
+                response.channels[at].iter().enumerate().map(|(i, v)| gain * of(i) * v).collect()
+            };
+            (0..channels(order)).map(one).collect()
         };
         let (mut early, late) = (part(&share), part(&|i| 1.0 - share(i)));
         let unit = |c: usize| -> Vec<f32> { early[c].iter().map(|v| v / ((2 * degree(c) + 1) as f32).sqrt()).collect() };

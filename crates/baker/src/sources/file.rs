@@ -1,6 +1,6 @@
 //! Files and folders as every source reads them.
 
-use crate::{BakeError, file};
+use crate::{BakeError, file, sound};
 use serde::de::DeserializeOwned;
 use std::path::{Path, PathBuf};
 
@@ -29,5 +29,5 @@ pub(super) fn entries(folder: &Path) -> Result<Vec<PathBuf>, BakeError> {
 
 /// The sound files of a folder, by name.
 pub(super) fn sounds(folder: &Path) -> Result<Vec<PathBuf>, BakeError> {
-    Ok(entries(folder)?.into_iter().filter(|p| matches!(ending(p).as_str(), "wav" | "flac")).collect())
+    Ok(entries(folder)?.into_iter().filter(|p| sound::ENDINGS.contains(&ending(p).as_str())).collect())
 }

@@ -16,10 +16,6 @@ pub(crate) struct PictureArgs {
     /// Photographs of the COLMAP model, under their names there
     #[arg(long, value_name = "FOLDER", requires = "pictures")]
     pub(crate) photos: Option<PathBuf>,
-    /// Network in the format ONNX, which says what pieces look like in place of colour and texture: 1 x 3 x rows x columns to
-    /// 1 x numbers x rows x columns, or to 1 x tokens x numbers (DINO-v2). Only in builds with the feature `onnx`
-    #[arg(long, value_name = "FILE.onnx", requires = "photos")]
-    pub(crate) network: Option<PathBuf>,
     /// Where a place of the reconstruction is in the room, metres, three times or more, instead of --up, --metres-per-unit and
     /// --origin: an image's name, which stands for its camera's place, or X,Y,Z in the reconstruction's world, = and X,Y,Z
     #[arg(long, value_name = "PLACE=X,Y,Z", value_parser = parse_known, requires = "pictures", allow_hyphen_values = true)]

@@ -8,15 +8,15 @@ use std::path::PathBuf;
 
 #[derive(Debug, Subcommand)]
 pub(crate) enum ResponsesCommand {
-    /// Write the responses.json of a folder of WAV files from their names
+    /// Write the responses.json of a folder of sound files from their names
     Manifest(ManifestArgs),
-    /// Make binaural responses at all turns of the head from Ambisonic ones (orders 1 to 4, AmbiX or N3D)
+    /// Make binaural responses at all turns of the head from Ambisonic ones (orders 1 to 4, AmbiX, N3D or FuMa)
     Ambisonic(AmbisonicArgs),
 }
 
 #[derive(Debug, Args)]
 pub(crate) struct ManifestArgs {
-    /// Folder of two-channel WAV files
+    /// Folder of two-channel sound files: WAV, FLAC or AIFF
     pub(crate) folder: PathBuf,
     /// Title of the set instead of the folder's name
     #[arg(long)]
@@ -35,6 +35,8 @@ pub(crate) enum NormalisationArg {
     Sn3d,
     /// All channels of equal energy in a diffuse field
     N3d,
+    /// Furse and Malham's, with W, X, Y, Z first
+    Fuma,
 }
 
 #[derive(Debug, Args)]
@@ -47,9 +49,9 @@ pub(crate) struct AmbisonicArgs {
     /// Folder to write: WAV files and a responses.json
     #[arg(short, long, value_name = "FOLDER")]
     pub(crate) output: PathBuf,
-    /// How the channels are scaled
-    #[arg(long, value_enum, default_value = "sn3d")]
-    pub(crate) normalisation: NormalisationArg,
+    /// How the channels are ordered and scaled [default: sn3d, and fuma of a file .amb]
+    #[arg(long, value_enum)]
+    pub(crate) normalisation: Option<NormalisationArg>,
     /// Metres to the source, where the set does not say it; its direction is then that of the direct sound
     #[arg(long, value_name = "M", value_parser = within(0.01_f32, 100.0))]
     pub(crate) distance: Option<f32>,

@@ -46,6 +46,9 @@ pub(crate) struct StudyServeArgs {
     /// Address and port to listen at; 0.0.0.0 is reached from other machines
     #[arg(long, value_name = "ADDRESS:PORT", default_value = "127.0.0.1:8090")]
     pub(crate) listen: SocketAddr,
+    /// A name that listeners have for this machine, as often as there are, where a web server in front of it passes names on
+    #[arg(long, value_name = "NAME")]
+    pub(crate) host: Vec<String>,
 }
 
 /// Files that figures are written to.

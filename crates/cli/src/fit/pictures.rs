@@ -15,23 +15,16 @@ const MOST_SIDE: usize = 640;
 /// How much the shape of a photograph may differ from its lens's.
 const SHAPE: f64 = 0.01;
 
-/// What makes a build that reads networks.
-#[cfg(not(feature = "onnx"))]
-const WITH_NETWORKS: &str = "cargo build --release -p promenade --features onnx";
-
 pub(super) fn load(folder: &Path, args: &PictureArgs) -> Result<Pictures> {
     let what = || folder.display().to_string();
     let mut notes = Vec::new();
     let place = Reconstruction::load(folder, &PointOptions::default())?;
     let placement = placement(&place, args, &mut notes).with_context(what)?;
     let points = place.points.iter().map(|p| (p.position, p.colour)).collect();
-    let mut views = match &args.photos {
+    let views = match &args.photos {
         Some(photos) => views(&place, folder, photos, &mut notes)?,
         None => Vec::new(),
     };
-    if let Some(network) = &args.network {
-        look(&mut views, network)?;
-    }
     report::notes(&notes);
     Ok(Pictures { views, points, placement })
 }
@@ -53,21 +46,6 @@ fn placement(place: &Reconstruction, args: &PictureArgs, notes: &mut Vec<String>
         options.metres_per_unit = Some(place.metres_per_unit([&from, &to], metres)?);
     }
     Ok(place.place(&options, notes)?)
-}
-
-/// Gives each photograph what a network makes of it.
-#[cfg(feature = "onnx")]
-fn look(views: &mut [View], network: &Path) -> Result<()> {
-    let network = promenade_fit::Network::load(network)?;
-    for view in views {
-        view.made = Some(network.of(&view.photo)?);
-    }
-    Ok(())
-}
-
-#[cfg(not(feature = "onnx"))]
-fn look(_: &mut [View], network: &Path) -> Result<()> {
-    bail!("{}: this build reads no networks; one that does is made by: {WITH_NETWORKS}", network.display())
 }
 
 /// The photographs that are there, evenly chosen among too many.
@@ -101,7 +79,7 @@ fn views(place: &Reconstruction, folder: &Path, photos: &Path, notes: &mut Vec<S
         let lens = *lenses
             .get(&camera.camera)
             .with_context(|| format!("{}: expected a lens of camera {}, found none", folder.display(), camera.camera))?;
-        views.push(View { camera: (*camera).clone(), lens, photo: photo(path, &lens)?, made: None });
+        views.push(View { camera: (*camera).clone(), lens, photo: photo(path, &lens)? });
     }
     Ok(views)
 }
@@ -117,7 +95,7 @@ fn photo(path: &Path, lens: &Lens) -> Result<Raster> {
         bail!("{}: expected the shape of its lens, {w} x {h}, found {} x {}", path.display(), size[0], size[1]);
     }
     let longer = size[0].max(size[1]);
-    let values = (0..size[0] * size[1]).flat_map(|i| planes.each_ref().map(|plane| plane.of[i])).collect();
+    let values = (0..size[0] * size[1]).map(|i| planes.each_ref().map(|plane| plane.of[i])).collect();
     let kept = size.map(|side| (side * MOST_SIDE.min(longer) / longer).max(1));
-    Ok(Raster::new(size, 3, values)?.resized(kept))
+    Ok(Raster::new(size, values)?.resized(kept))
 }

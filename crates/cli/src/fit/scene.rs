@@ -1,12 +1,11 @@
 //! Scenes of fitted rooms.
 
 use crate::args::FitArgs;
-use crate::{report, scene};
-use anyhow::{Context, Result, bail};
+use crate::{hrtf, report, scene};
+use anyhow::{Result, bail};
 use promenade_acoustics::{Material, Materials, Room, Shoebox, Source};
 use promenade_baker::geometry::{GeometryOptions, bake_geometry, scene_head};
 use promenade_baker::simulation::{Hrtf, scene_spacing_m};
-use promenade_baker::{LoadOptions, Responses};
 use promenade_core::Scene;
 use promenade_core::glam::{DVec3, Vec3};
 use promenade_fit::{FittedRoom, Form, FullFit, MaterialsBeside, Measurements, Walls, full_mesh};
@@ -26,8 +25,7 @@ const MARGIN_M: f32 = 0.3;
 
 fn head(args: &FitArgs, output: &Path) -> Result<Hrtf> {
     let Some(head) = &args.head else { bail!("{}: expected --head for a scene", output.display()) };
-    let responses = Responses::load(head, &LoadOptions::default())?;
-    Hrtf::new(&responses, SCENE_HZ).with_context(|| format!("{}: makes no HRTF", head.display()))
+    hrtf::at(&hrtf::read(head)?, SCENE_HZ, head)
 }
 
 fn materials(groups: &[String], beside: &MaterialsBeside) -> Result<Vec<Material>> {

@@ -3,7 +3,7 @@
 use crate::args::MeasureArgs;
 use crate::report;
 use anyhow::{Context, Result, bail};
-use promenade_baker::wav;
+use promenade_baker::sound;
 use promenade_metrics::{
     DecayRange, MetricError, avcloud, c50_db, decay_time_s, ild_db, itd_s, lsd_db, rwavs, tail_modulation_db, tone_cleanliness,
 };
@@ -47,7 +47,7 @@ pub(crate) fn run(path: &Path, args: &MeasureArgs) -> Result<()> {
 }
 
 fn read(path: &Path) -> Result<Ears> {
-    let wav = wav::read(path)?;
+    let wav = sound::read(path)?;
     let count = wav.channels.len();
     let Ok([left, right]) = <[Vec<f32>; 2]>::try_from(wav.channels) else {
         bail!("{}: expected the 2 channels of a binaural file, found {count}", path.display());

@@ -2,16 +2,17 @@
 
 use super::room::{room, source, within};
 use crate::args::{RoomArgs, SimulationArgs, SizeScattering};
+use crate::hrtf;
 use anyhow::{Context, Result};
 use promenade_acoustics::{Mesh, Room, Source};
 use promenade_baker::capture::Emitter;
 use promenade_baker::geometry::{CorrectedResponse, GeometryOptions, bake_corrected};
 use promenade_baker::simulation::{Hrtf, Inside, MeshOptions, Part, grid, scene_spacing_m, simulate_mesh, turned};
-use promenade_baker::{BakeError, LoadOptions, Response, Responses};
+use promenade_baker::{BakeError, Response, Responses};
 use promenade_core::glam::Vec3;
 use promenade_core::{Pose, Provenance, Scene};
 use promenade_room::PLAYED_IMAGES;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// Beams that search the image sources, as `simulate` has them.
 const BEAMS: usize = 8192;
@@ -58,11 +59,10 @@ impl Places {
         let Some(mesh) = &args.simulate else { return Ok(None) };
         let rate_hz = rate_hz.round() as u32;
         let set = match &args.head {
-            Some(head) => Responses::load(head, &LoadOptions::default())?,
+            Some(head) => hrtf::read(head)?,
             None => microphone(rate_hz),
         };
-        let named = || args.head.as_deref().map_or("a microphone".to_owned(), |head| head.display().to_string());
-        let hrtf = Hrtf::new(&set, rate_hz).with_context(|| format!("{}: makes no HRTF", named()))?;
+        let hrtf = hrtf::at(&set, rate_hz, args.head.as_deref().unwrap_or(Path::new("a microphone")))?;
         let of = |emitter: &Emitter| RoomArgs {
             mesh: mesh.clone(),
             source: emitter.position,

@@ -8,20 +8,19 @@ use std::net::{Ipv4Addr, SocketAddr};
 
 /// Serves until the process is ended.
 pub(crate) fn serve(site: &Site, port: u16) -> Result<()> {
-    let listener = Listener::bind(SocketAddr::from((Ipv4Addr::LOCALHOST, port)))?;
+    let listener = Listener::bind(SocketAddr::from((Ipv4Addr::LOCALHOST, port)), &[])?;
     report::print(&format!("http://localhost:{}/\n", listener.address()?.port()))?;
     listener.run(|request| answer(site, request));
     Ok(())
 }
 
-/// Answers one request, if it names this machine: a page from elsewhere whose name leads here does not.
-fn answer<'a>(site: &'a Site, request: &Request<'_>) -> Response<'a> {
+/// Answers one request.
+fn answer<'a>(site: &'a Site, request: &Request<'_, '_>) -> Response<'a> {
     let name = match request.path.trim_start_matches('/') {
         "" => "index.html",
         name => name,
     };
     let known = matches!(&*request.method, "GET" | "HEAD");
-    let is_local = matches!(request.host.as_deref(), Some("localhost" | "127.0.0.1"));
-    let found = site.files().get(name).filter(|_| known && is_local);
+    let found = site.files().get(name).filter(|_| known);
     found.map_or_else(Response::nothing, |bytes| Response::found(promenade_web::media_type(name), bytes))
 }

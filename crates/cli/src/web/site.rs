@@ -117,6 +117,7 @@ impl Site {
 
     /// Writes all files into a folder, the list of contents last.
     pub(crate) fn write(&self, folder: &Path) -> Result<()> {
+        promenade_web::check_folder(folder).map_err(anyhow::Error::msg)?;
         let last = |name: &str| name == "site.json";
         let order = self.files.iter().filter(|(name, _)| !last(name)).chain(self.files.iter().filter(|(name, _)| last(name)));
         for (name, bytes) in order {

@@ -1,17 +1,14 @@
-//! What patches of surfaces look like: colour and texture in photographs or of the points of a reconstruction, or what any
-//! network makes of photographs, with where a patch is.
+//! What patches of surfaces look like: colour and texture in photographs or of the points of a reconstruction, with where a
+//! patch is.
 
 use super::raster::Raster;
 use crate::error::FitError;
 use crate::room::{FlatRoom, Patch, Voxels};
-use nalgebra::{DMatrix, SymmetricEigen};
 use promenade_core::glam::{DVec3, Vec3};
 use promenade_core::network::Placement;
 use promenade_paths::colmap::{Image, Lens};
 use rayon::prelude::*;
 
-/// Numbers that are left of what a network says.
-const COMPONENTS: usize = 8;
 /// Least cosine between the way to a camera and the normal.
 const LEAST_COSINE: f64 = 0.15;
 /// Sight ends so much before its patch, as a share of the way.
@@ -32,8 +29,6 @@ pub struct View {
     pub lens: Lens,
     /// What it shows.
     pub photo: Raster,
-    /// What a network makes of it, which is then taken in place of colour and texture.
-    pub made: Option<Raster>,
 }
 
 /// What is known of the appearance of a room.
@@ -47,7 +42,7 @@ pub struct Pictures {
     pub placement: Placement,
 }
 
-fn luminance(rgb: &[f32]) -> f64 {
+fn luminance(rgb: &[f32; 3]) -> f64 {
     rgb.iter().zip([0.2126, 0.7152, 0.0722]).map(|(v, w)| f64::from(*v) * w).sum()
 }
 
@@ -58,7 +53,7 @@ fn deviation(all: &[f64]) -> f64 {
 }
 
 /// Colour, the deviation of its luminance, and that from one sample to the next.
-fn colour_and_texture(all: &[&[f32]]) -> Vec<f64> {
+fn colour_and_texture(all: &[&[f32; 3]]) -> Vec<f64> {
     let count = all.len() as f64;
     let mut features: Vec<f64> = (0..3).map(|c| all.iter().map(|v| f64::from(v[c])).sum::<f64>() / count).collect();
     let light: Vec<f64> = all.iter().map(|v| luminance(v)).collect();
@@ -102,20 +97,8 @@ impl Pictures {
     /// Features of each patch, none of those that nothing shows.
     ///
     /// # Errors
-    /// A room that is none, photographs or what is made of them with another number of channels each.
+    /// A room that is none.
     pub fn features(&self, room: &FlatRoom, voxels: &Voxels) -> Result<Vec<Option<Vec<f64>>>, FitError> {
-        let channels = |of: fn(&View) -> Option<usize>| {
-            let mut all: Vec<usize> = self.views.iter().filter_map(of).collect();
-            all.sort_unstable();
-            all.dedup();
-            all
-        };
-        let (photos, made) = (channels(|v| Some(v.photo.channels)), channels(|v| v.made.as_ref().map(|m| m.channels)));
-        let some = self.views.iter().filter(|v| v.made.is_some()).count();
-        if photos.iter().any(|n| *n != 3) || made.len() > 1 || (some > 0 && some < self.views.len()) {
-            let found = format!("{photos:?} and {made:?} in {some} of {}", self.views.len());
-            return Err(FitError::argument("channels of photographs and of what is made of them", "3 and one number", found));
-        }
         let mesh = room.mesh()?;
         let corner = |c: u32| DVec3::from(mesh.vertices[c as usize]);
         let occluders = Occluders(mesh.triangles.iter().map(|t| t.corners.map(corner)).collect());
@@ -130,7 +113,6 @@ impl Pictures {
                 }
             })
             .collect();
-        let own = if some > 0 { components(&own) } else { own };
         let [low, high] = mesh.bounds();
         let place = |patch: &Patch| -> Vec<f64> {
             let normal = room.walls[patch.wall].normal;
@@ -158,13 +140,7 @@ impl Pictures {
                 Some([x / f64::from(view.lens.size[0]), y / f64::from(view.lens.size[1])])
             };
             let Some(at): Option<Vec<[f64; 2]>> = samples(patch).iter().map(pixel).collect() else { continue };
-            let own = match &view.made {
-                Some(made) => {
-                    let all: Vec<&[f32]> = at.iter().map(|p| made.at(*p)).collect();
-                    (0..made.channels).map(|c| all.iter().map(|v| f64::from(v[c])).sum::<f64>() / all.len() as f64).collect()
-                }
-                None => colour_and_texture(&at.iter().map(|p| view.photo.at(*p)).collect::<Vec<_>>()),
-            };
+            let own = colour_and_texture(&at.iter().map(|p| view.photo.at(*p)).collect::<Vec<_>>());
             sum.resize(own.len(), 0.0);
             sum.iter_mut().zip(&own).for_each(|(s, o)| *s += o);
             count += 1.0;
@@ -176,7 +152,7 @@ impl Pictures {
     fn of_points(&self, patch: &Patch, edge_m: f64) -> Option<Vec<f64>> {
         let middle = DVec3::from(patch.centre_m).as_vec3();
         let near = |at: Vec3| f64::from(self.placement.to_scene(at).distance(middle)) < POINTS.0 * edge_m;
-        let all: Vec<&[f32]> = self.points.iter().filter(|(at, _)| near(*at)).map(|(_, rgb)| &rgb[..]).collect();
+        let all: Vec<&[f32; 3]> = self.points.iter().filter(|(at, _)| near(*at)).map(|(_, rgb)| rgb).collect();
         if all.len() < POINTS.1 {
             return None;
         }
@@ -184,24 +160,6 @@ impl Pictures {
         features[4] = (all.len() as f64).ln();
         Some(features)
     }
-}
-
-/// The strongest principal components of features.
-fn components(all: &[Option<Vec<f64>>]) -> Vec<Option<Vec<f64>>> {
-    let known: Vec<&Vec<f64>> = all.iter().flatten().collect();
-    let Some(channels) = known.first().map(|k| k.len()) else { return all.to_vec() };
-    let count = known.len() as f64;
-    let mean: Vec<f64> = (0..channels).map(|c| known.iter().map(|k| k[c]).sum::<f64>() / count).collect();
-    let matrix = DMatrix::from_fn(known.len(), channels, |r, c| known[r][c] - mean[c]);
-    let found = SymmetricEigen::new(matrix.tr_mul(&matrix));
-    let mut order: Vec<usize> = (0..channels).collect();
-    order.sort_by(|a, b| found.eigenvalues[*b].total_cmp(&found.eigenvalues[*a]));
-    order.truncate(COMPONENTS);
-    let along = |own: &Vec<f64>| -> Vec<f64> {
-        let one = |k: &usize| (0..channels).map(|c| (own[c] - mean[c]) * found.eigenvectors[(c, *k)]).sum();
-        order.iter().map(one).collect()
-    };
-    all.iter().map(|own| own.as_ref().map(along)).collect()
 }
 
 #[cfg(test)]
@@ -218,20 +176,20 @@ mod tests {
         Image { id: 0, name: "a".to_owned(), camera: 1, rotation, translation: -(rotation * at) }
     }
 
-    fn pictures(made: Option<Raster>) -> (FlatRoom, Voxels, Pictures) {
+    fn pictures() -> (FlatRoom, Voxels, Pictures) {
         let room = FlatRoom::of_box(Walls::of_size([4.0, 3.0, 2.0]).unwrap()).unwrap();
         let voxels = room.patches(0.5).unwrap();
         let lens = lenses("cameras.txt", b"1 PINHOLE 40 20 20 20 20 10").unwrap()[&1];
         // Red on the left, blue on the right.
-        let values: Vec<f32> = (0..20 * 40).flat_map(|i| if i % 40 < 20 { [1.0, 0.0, 0.0] } else { [0.0, 0.0, 1.0] }).collect();
-        let photo = Raster::new([40, 20], 3, values).unwrap();
-        let view = View { camera: camera(DVec3::new(2.0, 1.5, 1.0)), lens, photo, made };
+        let values = (0..20 * 40).map(|i| if i % 40 < 20 { [1.0, 0.0, 0.0] } else { [0.0, 0.0, 1.0] }).collect();
+        let photo = Raster::new([40, 20], values).unwrap();
+        let view = View { camera: camera(DVec3::new(2.0, 1.5, 1.0)), lens, photo };
         (room, voxels, Pictures { views: vec![view], points: Vec::new(), placement: Placement::IDENTITY })
     }
 
     #[test]
     fn a_photograph_tells_the_colour_of_what_it_shows() {
-        let (room, voxels, mut pictures) = pictures(None);
+        let (room, voxels, mut pictures) = pictures();
         let features = pictures.features(&room, &voxels).unwrap();
         for (patch, features) in voxels.patches.iter().zip(&features) {
             if patch.surface != 1 {
@@ -263,21 +221,11 @@ mod tests {
     }
 
     #[test]
-    fn what_a_network_makes_of_photographs_takes_the_place_of_colours() {
-        // Two places across: 12 numbers, of which one tells them apart.
-        let values = (0..24).map(|i| if i % 12 == 5 { i as f32 } else { 0.3 }).collect();
-        let (room, voxels, pictures) = pictures(Some(Raster::new([2, 1], 12, values).unwrap()));
-        let features = pictures.features(&room, &voxels).unwrap();
-        let ahead = || voxels.patches.iter().zip(&features).filter(|(p, _)| p.surface == 1);
-        let side = |left: bool| -> Vec<f64> {
-            ahead().filter(|(p, _)| (p.centre_m[1] > 1.5) == left).map(|(_, l)| l.as_ref().unwrap()[0]).collect()
-        };
-        let (left, right) = (side(true), side(false));
-        assert!(left.iter().all(|v| (v - left[0]).abs() < 1e-9) && (left[0] - right[0]).abs() > 5.0, "{left:?} {right:?}");
-        assert_eq!(features.iter().flatten().next().unwrap().len(), COMPONENTS + 6);
-        assert!(Raster::new([2, 2], 3, vec![0.0; 11]).is_err());
-        let small = Raster::new([4, 1], 1, vec![1.0, 3.0, 5.0, 9.0]).unwrap();
-        assert_eq!(small.resized([2, 2]).values, [2.0, 7.0, 2.0, 7.0]);
-        assert_eq!(small.resized([8, 1]).values, [1.0, 1.0, 3.0, 3.0, 5.0, 5.0, 9.0, 9.0]);
+    fn a_smaller_picture_is_the_mean_of_what_it_shows() {
+        assert!(Raster::new([2, 2], vec![[0.0; 3]; 5]).is_err());
+        let grey = |values: &[f32]| values.iter().map(|v| [*v; 3]).collect::<Vec<_>>();
+        let small = Raster::new([4, 1], grey(&[1.0, 3.0, 5.0, 9.0])).unwrap();
+        assert_eq!(small.resized([2, 2]).values, grey(&[2.0, 7.0, 2.0, 7.0]));
+        assert_eq!(small.resized([8, 1]).values, grey(&[1.0, 1.0, 3.0, 3.0, 5.0, 5.0, 9.0, 9.0]));
     }
 }

@@ -1,4 +1,4 @@
-//! `images.txt`: two lines for each image, the second with its points.
+//! `images.txt`: two lines for each image, the second with its points; some tools leave the second out.
 
 use super::{Image, image};
 use crate::PathFileError;
@@ -8,7 +8,7 @@ use promenade_core::MAX_KEYFRAMES;
 const NAMES: [&str; 7] = ["QW", "QX", "QY", "QZ", "TX", "TY", "TZ"];
 
 pub(super) fn read(file: &str, bytes: &[u8], notes: &mut Vec<String>) -> Result<Vec<Image>, PathFileError> {
-    let mut lines = text::of(file, bytes)?.lines().zip(1_u64..);
+    let mut lines = text::of(file, bytes)?.lines().zip(1_u64..).peekable();
     let mut images = Vec::new();
     let mut announced = None;
     while let Some((line, number)) = lines.next() {
@@ -24,13 +24,19 @@ pub(super) fn read(file: &str, bytes: &[u8], notes: &mut Vec<String>) -> Result<
             return Err(PathFileError::content(file, format!("at most {MAX_KEYFRAMES} images"), "more"));
         }
         images.push(parse(file, number, line)?);
-        // The points, which may be none: an empty line.
-        lines.next();
+        lines.next_if(|(line, _)| is_points(line));
     }
     if let Some(announced) = announced.filter(|n| *n != images.len()) {
         notes.push(format!("the head of the file speaks of {announced} images, and there are {}", images.len()));
     }
     Ok(images)
+}
+
+/// Whether a line may hold points, x, y and a number each; of an image without any it is empty.
+fn is_points(line: &str) -> bool {
+    let mut count = 0;
+    let numbers = line.split_whitespace().inspect(|_| count += 1).all(|word| word.parse::<f64>().is_ok());
+    numbers && count % 3 == 0
 }
 
 /// The number of images that COLMAP writes into the head.

@@ -136,14 +136,6 @@ impl Options {
     pub(super) fn block(&self) -> usize {
         self.block.unwrap_or(4096)
     }
-
-    /// All files that are read.
-    pub(super) fn inputs(&self) -> impl Iterator<Item = &PathBuf> {
-        let places = self.sources.iter().filter_map(|(place, _)| if let Place::Path(file) = place { Some(file) } else { None });
-        let sounds = self.sources.iter().map(|(_, sound)| sound);
-        let given = [&self.path, &self.head, &self.headphones].into_iter().flatten();
-        self.files.iter().take(2).chain(given).chain(places).chain(sounds)
-    }
 }
 
 /// An option that is given, and where its value comes from.

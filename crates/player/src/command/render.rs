@@ -34,7 +34,6 @@ pub(super) fn run(options: &Options) -> Result<(), PlayerError> {
 
 fn into_file(options: &Options, scene: &Arc<Scene>, walk: &Walk, output: &Path) -> Result<(), PlayerError> {
     let began = Instant::now();
-    check_output(output, options)?;
     let source = Source::open(&options.files[1], None)?;
     let (rate_hz, frames) = (source.sample_rate_hz(), source.frames());
     let rate = f64::from(rate_hz);
@@ -67,14 +66,4 @@ fn into_file(options: &Options, scene: &Arc<Scene>, walk: &Walk, output: &Path) 
         ));
     }
     Ok(())
-}
-
-/// Refuses to write over what is read.
-fn check_output(output: &Path, options: &Options) -> Result<(), FileError> {
-    // What is not there yet is no input.
-    let Ok(there) = output.canonicalize() else { return Ok(()) };
-    match options.inputs().find(|input| input.canonicalize().is_ok_and(|input| input == there)) {
-        Some(input) => Err(FileError::content(output, "a file that is not read as well", input.display().to_string())),
-        None => Ok(()),
-    }
 }

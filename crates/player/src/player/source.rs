@@ -1,7 +1,8 @@
 //! A dry sound of one or two channels, read as it is played or held in memory.
 
-use promenade_audio::wav::{self, Wav, WavReader};
-use promenade_audio::{FileError, resample, sound};
+use promenade_audio::pcm::PcmReader;
+use promenade_audio::sound::{self, Sound};
+use promenade_audio::{FileError, resample};
 use std::path::{Path, PathBuf};
 
 /// A dry sound of one or two channels.
@@ -9,29 +10,29 @@ pub struct Source(Kind);
 
 enum Kind {
     /// Read as it is played.
-    File { path: PathBuf, reader: WavReader },
+    File { path: PathBuf, reader: PcmReader },
     /// In memory, with the samples that have been played.
     Held { channels: Vec<Vec<f32>>, rate_hz: u32, played: usize },
 }
 
 impl Source {
-    /// Opens a WAV file, or a FLAC file, which is read whole; converted to a rate where that is given and not the file's own.
+    /// Opens a WAV or AIFF file, or a FLAC file, which is read whole; converted to a rate where that is given and not the file's own.
     ///
     /// # Errors
-    /// No readable WAV or FLAC file, or one of more than two channels.
+    /// No readable sound file, or one of more than two channels.
     pub fn open(path: &Path, rate_hz: Option<u32>) -> Result<Self, FileError> {
         let few = |channels: usize| {
             let many = || FileError::content(path, "1 or 2 channels", channels.to_string());
             (channels <= 2).then_some(()).ok_or_else(many)
         };
-        if !sound::is_flac(path) {
-            let reader = WavReader::open(path)?;
+        if !sound::is_flac(path)? {
+            let reader = PcmReader::open(path)?;
             few(usize::from(reader.channels()))?;
             if rate_hz.is_none_or(|rate_hz| rate_hz == reader.sample_rate_hz()) {
                 return Ok(Self(Kind::File { path: path.to_path_buf(), reader }));
             }
         }
-        let Wav { sample_rate_hz, channels } = sound::read(path)?;
+        let Sound { sample_rate_hz, channels } = sound::read(path)?;
         few(channels.len())?;
         match rate_hz.filter(|&rate_hz| rate_hz != sample_rate_hz) {
             None => Ok(Self::held(channels, sample_rate_hz)),
@@ -100,7 +101,7 @@ impl Source {
     /// A file that cannot be read, or is too large to be held in memory.
     pub fn whole(self) -> Result<Vec<Vec<f32>>, FileError> {
         match self.0 {
-            Kind::File { path, .. } => Ok(wav::read(&path)?.channels),
+            Kind::File { path, .. } => Ok(sound::read(&path)?.channels),
             Kind::Held { channels, .. } => Ok(channels),
         }
     }

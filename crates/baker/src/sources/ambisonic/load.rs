@@ -3,13 +3,14 @@
 use super::{AmbisonicResponse, AmbisonicResponses, Normalisation};
 use crate::sources::file::ending;
 use crate::sources::responses::{About, Recorded, ambisonic};
-use crate::{BakeError, LoadOptions, wav};
+use crate::{BakeError, LoadOptions, sound};
 use promenade_core::Pose;
 use std::path::Path;
 
 impl AmbisonicResponses {
     /// Loads a SOFA file, a manifest or a folder with one, as `Responses::load`, whose files have the channels of an Ambisonic
-    /// microphone, or a single WAV file. Where nothing says how far the source is, it is `distance_m`.
+    /// microphone, or a single sound file. Where nothing says how far the source is, it is `distance_m`. Without a normalisation
+    /// it is SN3D, and of a file `.amb` that of Furse and Malham.
     ///
     /// # Errors
     /// Files that are missing or damaged or disagree in their sample rate; capsules of a microphone instead of Ambisonic
@@ -17,10 +18,14 @@ impl AmbisonicResponses {
     pub fn load(
         path: &Path,
         options: &LoadOptions,
-        normalisation: Normalisation,
+        normalisation: Option<Normalisation>,
         distance_m: Option<f32>,
     ) -> Result<Self, BakeError> {
-        let (about, recorded) = if ending(path) == "wav" { one(path)? } else { ambisonic(path, options)? };
+        let ending = ending(path);
+        let is_amb = ending == "amb";
+        let of_file = if is_amb { Normalisation::Fuma } else { Normalisation::Sn3d };
+        let is_sound = is_amb || sound::ENDINGS.contains(&ending.as_str());
+        let (about, recorded) = if is_sound { one(path)? } else { ambisonic(path, options)? };
         let responses = recorded.into_iter().map(|Recorded { listener, source, distance_m: stated, channels, name }| {
             let finite = |c: &Vec<f32>| c.iter().all(|v| v.is_finite());
             if !channels.iter().all(finite) {
@@ -33,7 +38,7 @@ impl AmbisonicResponses {
             credit: about.credit,
             licence: about.licence,
             sample_rate_hz: about.sample_rate_hz,
-            normalisation,
+            normalisation: normalisation.unwrap_or(of_file),
             responses: responses.collect::<Result<_, _>>()?,
             notes: Vec::new(),
             path: path.to_path_buf(),
@@ -41,9 +46,9 @@ impl AmbisonicResponses {
     }
 }
 
-/// A WAV file by itself: a microphone at the origin, a source whose direction its direct sound tells.
+/// A sound file by itself: a microphone at the origin, a source whose direction its direct sound tells.
 fn one(path: &Path) -> Result<(About, Vec<Recorded>), BakeError> {
-    let wav = wav::read(path)?;
+    let wav = sound::read(path)?;
     let name = path.file_stem().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
     let recorded =
         Recorded { listener: Pose::IDENTITY, source: None, distance_m: None, channels: wav.channels, name: name.clone() };

@@ -74,14 +74,27 @@ fn images(size: Vec3, source: Vec3, listener: Vec3, reflection: f32, longest_s: 
 }
 
 fn encoded(arrivals: &[Arrival], order: usize, length: usize, from: Normalisation) -> Vec<Vec<f32>> {
-    let mut channels = vec![vec![0.0; length]; channels(order)];
+    let mut all = vec![vec![0.0; length]; channels(order)];
     for (at, direction, gain) in arrivals {
-        for (channel, (samples, y)) in channels.iter_mut().zip(harmonics(order, *direction)).enumerate() {
+        if from == Normalisation::Fuma {
+            // Polynomials of the direction as they are published, in their own order.
+            let Vec3 { x, y, z } = *direction;
+            let first = [0.5_f32.sqrt(), x, y, z];
+            let second = [1.5 * z * z - 0.5, 2.0 * x * z, 2.0 * y * z, x * x - y * y, 2.0 * x * y];
+            let l = (135.0_f32 / 256.0).sqrt() * (5.0 * z * z - 1.0);
+            let n = 27.0_f32.sqrt() / 2.0 * z;
+            let cubic = [x * (x * x - 3.0 * y * y), y * (3.0 * x * x - y * y)];
+            let third = [0.5 * z * (5.0 * z * z - 3.0), l * x, l * y, n * (x * x - y * y), 2.0 * n * x * y, cubic[0], cubic[1]];
+            let values = first.into_iter().chain(second).chain(third);
+            all.iter_mut().zip(values).for_each(|(samples, y)| samples[*at] += gain * y);
+            continue;
+        }
+        for (channel, (samples, y)) in all.iter_mut().zip(harmonics(order, *direction)).enumerate() {
             let scale = if from == Normalisation::Sn3d { ((2 * degree(channel) + 1) as f32).sqrt() } else { 1.0 };
             samples[*at] += gain * y / scale;
         }
     }
-    channels
+    all
 }
 
 /// The same arrivals heard each by itself; late ones from directions rounded to 3 degrees.
@@ -206,7 +219,7 @@ mod needs_shared {
 fn sources_are_found_by_their_direct_sound_and_wrong_ones_refused() {
     let hrtf = ball();
     let arrivals = vec![(100, Vec3::new(0.6, 0.8, 0.0), 0.5)];
-    for from in [Normalisation::Sn3d, Normalisation::N3d] {
+    for from in [Normalisation::Sn3d, Normalisation::N3d, Normalisation::Fuma] {
         let mut one = set(encoded(&arrivals, 2, 400, from), None, from, RATE_HZ);
         one.responses[0].distance_m = Some(2.0);
         let binaural = one.binaural(&hrtf, 4, |_| {}).unwrap();
@@ -218,8 +231,12 @@ fn sources_are_found_by_their_direct_sound_and_wrong_ones_refused() {
             itd_s(&ahead.left, &ahead.right, 16e3).unwrap() < -1e-4 && itd_s(&left.left, &left.right, 16e3).unwrap() > 1e-4
         );
         let error = |set: &AmbisonicResponses| set.binaural(&hrtf, 4, |_| {}).unwrap_err().to_string();
-        one.normalisation = if from == Normalisation::Sn3d { Normalisation::N3d } else { Normalisation::Sn3d };
-        assert!(error(&one).contains("4.8 dB: are the channels scaled as in"), "{}", error(&one));
+        for (other, name, _) in Normalisation::ALL.into_iter().filter(|(other, ..)| *other != from) {
+            one.normalisation = other;
+            let own = Normalisation::ALL.iter().find(|n| n.0 == from).unwrap().1;
+            let said = error(&one);
+            assert!(said.contains(&format!("dB, as with `--normalisation {own}`")), "{own} as {name}: {said}");
+        }
         one.normalisation = from;
         one.responses[0].source = Some(LISTENER + Vec3::new(0.6, -0.8, 0.0));
         let said = error(&one);
@@ -230,12 +247,30 @@ fn sources_are_found_by_their_direct_sound_and_wrong_ones_refused() {
         (one.responses[0].source, one.responses[0].distance_m) = (None, None);
         assert!(error(&one).contains("expected a source, or a distance to it above 0, found neither"), "{}", error(&one));
         one.responses[0].channels.truncate(7);
-        assert!(
-            error(&one).contains("hall: expected 4, 9, 16 or 25 channels, the orders 1 to 4, found 7 channels"),
-            "{}",
-            error(&one)
-        );
+        assert!(error(&one).contains("hall: expected 4, 9") && error(&one).contains("found 7 channels"), "{}", error(&one));
         one.responses[0].channels = vec![vec![0.0; 400]; 4];
         assert!(error(&one).contains("expected a direct sound in its first channel, found silence"), "{}", error(&one));
+    }
+}
+
+#[test]
+fn channels_of_furse_and_malham_are_those_of_ambix_to_the_third_order() {
+    let direction = Vec3::new(0.48, -0.64, 0.6);
+    let ambix = encoded(&[(0, direction, 1.0)], 3, 1, Normalisation::N3d);
+    let fuma = encoded(&[(0, direction, 1.0)], 3, 1, Normalisation::Fuma);
+    for (channel, expected) in ambix.iter().enumerate() {
+        let (at, gain) = Normalisation::Fuma.stored(channel);
+        assert!((gain * fuma[at][0] - expected[0]).abs() < 1e-5, "{channel}: {} for {}", gain * fuma[at][0], expected[0]);
+    }
+}
+
+#[test]
+fn channels_of_furse_and_malham_are_those_of_ambix_to_the_third_order() {
+    let direction = Vec3::new(0.48, -0.64, 0.6);
+    let ambix = encoded(&[(0, direction, 1.0)], 3, 1, Normalisation::N3d);
+    let fuma = encoded(&[(0, direction, 1.0)], 3, 1, Normalisation::Fuma);
+    for (channel, expected) in ambix.iter().enumerate() {
+        let (at, gain) = Normalisation::Fuma.stored(channel);
+        assert!((gain * fuma[at][0] - expected[0]).abs() < 1e-5, "{channel}: {} for {}", gain * fuma[at][0], expected[0]);
     }
 }

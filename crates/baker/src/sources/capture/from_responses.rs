@@ -221,7 +221,7 @@ impl Chooser<'_> {
 
 fn check(options: &FromResponses) -> Result<(), BakeError> {
     if let Some(rate) = options.sample_rate_hz
-        && !crate::wav::SAMPLE_RATES_HZ.contains(&rate)
+        && !crate::sound::SAMPLE_RATES_HZ.contains(&rate)
     {
         return Err(BakeError::argument("sample rate", "1000 to 1000000 Hz", rate));
     }

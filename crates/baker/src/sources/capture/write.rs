@@ -93,7 +93,7 @@ pub(super) fn write_emitter(path: &Path, emitter: Vec3, replace: bool) -> Result
     if read.emitter != Some(emitter.to_array()) {
         return Err(BakeError::content(path, "a manifest with an emitter", "another"));
     }
-    atomic::write(path, new.as_bytes())
+    atomic::replace(path, new.as_bytes())
 }
 
 /// Where in the text of a JSON object the value of one of its own keys is.

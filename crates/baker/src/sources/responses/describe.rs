@@ -34,7 +34,7 @@ struct Manifest<'a> {
     azimuth_positive: Option<&'a str>,
 }
 
-/// Writes the `responses.json` of a folder of binaural WAV files by their names, and loads what it describes. The notes of what
+/// Writes the `responses.json` of a folder of binaural sound files by their names, and loads what it describes. The notes of what
 /// is returned say what was assumed.
 ///
 /// Azimuths grow to the left unless the ears of the responses contradict that.
@@ -47,11 +47,11 @@ pub fn describe(folder: &Path, options: &Describe) -> Result<Responses, BakeErro
     if path.exists() {
         return Err(BakeError::content(folder, "no responses.json, which is written here", "one"));
     }
-    let sounds = file::sounds(folder)?.into_iter().filter(|p| file::ending(p) == "wav");
+    let sounds = file::sounds(folder)?.into_iter();
     let names: Vec<String> = sounds.filter_map(|p| Some(p.file_name()?.to_string_lossy().into_owned())).collect();
     let named = pattern_of(&names).map_err(|found| {
         let expected =
-            "WAV files of one form of name with its numbers after words, such as azi_30_dist_2.wav or x1_y2_yaw90.wav";
+            "sound files of one form of name with its numbers after words, such as azi_30_dist_2.wav or x1_y2_yaw90.wav";
         BakeError::content(folder, expected, found)
     })?;
     let has = |field| named.fields.contains(&field);

@@ -5,7 +5,7 @@ use super::pattern::{Field, Pattern};
 use super::{Levels, LoadOptions, Response, Responses, Side, Walls};
 use crate::sources::Split;
 use crate::sources::file;
-use crate::{BakeError, wav};
+use crate::{BakeError, sound};
 use promenade_core::glam::Vec3;
 use promenade_core::{Mover, Pose};
 use promenade_sofa::{About, Recorded};
@@ -278,7 +278,7 @@ impl Loader<'_> {
         let [yaw, pitch, roll] = listener.ypr.map(f32::to_radians);
         let listener = Pose::from_ypr(Vec3::from_array(listener.position), yaw, pitch, roll);
         let source = self.source(file, entry, &listener)?;
-        let wav = wav::read(file)?;
+        let wav = sound::read(file)?;
         check::rate(file, wav.sample_rate_hz, &mut self.rate)?;
         let name = file.file_stem().map_or_else(|| entry.file.clone(), |n| n.to_string_lossy().into_owned());
         let distance_m = entry.distance_m.or(self.manifest.distance_m);

@@ -1,6 +1,6 @@
 //! What the names of sound files say, where nobody has written it down: a pattern with the fields in their numbers.
 
-use super::pattern::{Field, number_length};
+use super::pattern::{Field, number, number_length};
 
 /// Lengths from here on are no metres, and from there on no centimetres either.
 const LEAST_CENTIMETRES: f64 = 20.0;
@@ -8,8 +8,8 @@ const LEAST_MILLIMETRES: f64 = 2_000.0;
 
 /// Words before a number, in small letters, and what it is then.
 const WORDS: [(Field, &[&str]); 9] = [
-    (Field::Azimuth, &["azimuth", "azim", "azi", "az", "a", "phi"]),
-    (Field::Elevation, &["elevation", "elev", "ele", "el", "e", "theta"]),
+    (Field::Azimuth, &["azimuth", "azim", "azi", "az", "a", "phi", "t"]),
+    (Field::Elevation, &["elevation", "elev", "ele", "el", "e", "theta", "p"]),
     (Field::Distance, &["distance", "dist", "d", "radius", "r"]),
     (Field::Yaw, &["yaw", "turn", "head", "rotation", "rot"]),
     (Field::Pitch, &["pitch"]),
@@ -77,7 +77,7 @@ pub(super) fn pattern_of(names: &[String]) -> Result<Named, String> {
         let hyphen = first.signs[slot].filter(|sign| all.iter().all(|p| p.signs[slot] == Some(*sign)) && names.len() > 1);
         let value = |p: &Parts| {
             let sign = if hyphen.is_none() && p.signs[slot] == Some('-') { -1.0 } else { 1.0 };
-            sign * p.numbers[slot].parse::<f64>().unwrap_or(0.0)
+            sign * number(&p.numbers[slot]).unwrap_or(0.0)
         };
         named.pattern.extend(hyphen);
         let varies = all.iter().any(|p| value(p) != value(first));
@@ -154,6 +154,13 @@ mod tests {
             (&["az30_ele-15.wav", "az60_ele0.wav"], "az{azimuth}_ele{elevation}.wav", 1.0),
             (&["x1.5_y2_yaw+30.wav", "x2_y2_yaw-30.wav"], "x{x}_y{y}_yaw{yaw}.wav", 1.0),
             (&["hall-010.wav", "hall-350.wav"], "hall-{azimuth}.wav", 1.0),
+            // LISTEN (IRCAM) and SADIE (York).
+            (
+                &["IRC_1002_C_R0195_T030_P315.wav", "IRC_1002_C_R0195_T045_P000.wav"],
+                "IRC_1002_C_R{distance}_T{azimuth}_P{elevation}.wav",
+                0.01,
+            ),
+            (&["azi_0,0_ele_-10,5.wav", "azi_5,5_ele_0,0.wav"], "azi_{azimuth}_ele_{elevation}.wav", 1.0),
             (&["d 1500mm az 5.wav", "d 2500mm az 9.wav"], "d {distance}mm az {azimuth}.wav", 0.001),
         ] {
             let found = of(names).unwrap();

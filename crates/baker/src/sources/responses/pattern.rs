@@ -77,7 +77,7 @@ impl Pattern {
                 Part::Text(text) => rest = rest.strip_prefix(text.as_str())?,
                 Part::Number(field) => {
                     let length = number_length(rest);
-                    found.push((*field, rest[..length].parse().ok()?));
+                    found.push((*field, number(&rest[..length])?));
                     rest = &rest[length..];
                 }
             }
@@ -86,12 +86,17 @@ impl Pattern {
     }
 }
 
-/// Bytes of the number at the start: a sign, digits, and a point only where digits follow.
+/// A number of a name; decimals may follow a comma.
+pub(super) fn number(text: &str) -> Option<f64> {
+    text.replace(',', ".").parse().ok()
+}
+
+/// Bytes of the number at the start: a sign, digits, and a point or comma only where digits follow.
 pub(super) fn number_length(text: &str) -> usize {
     let digits = |from: usize| text[from..].bytes().take_while(u8::is_ascii_digit).count();
     let sign = usize::from(text.starts_with(['+', '-']));
     let whole = sign + digits(sign);
-    if whole > sign && text[whole..].starts_with('.') {
+    if whole > sign && text[whole..].starts_with(['.', ',']) {
         let decimals = digits(whole + 1);
         if decimals > 0 {
             return whole + 1 + decimals;

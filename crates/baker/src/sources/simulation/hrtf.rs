@@ -38,6 +38,8 @@ pub struct Hrtf {
     spectra: Vec<[Vec<Complex32>; 2]>,
     /// Real interaural coherence in a diffuse field, by bin.
     coherence: Vec<f32>,
+    /// Which distance was taken where the set has several, in words.
+    pub note: Option<String>,
     pub(crate) credit: String,
     pub(crate) licence: String,
 }
@@ -58,7 +60,10 @@ impl Hrtf {
         let bins = Bins { n_fft, sample_rate_hz: rate };
         let mut directions = Vec::with_capacity(set.responses.len());
         let mut ears = Vec::with_capacity(2 * set.responses.len());
-        for response in &set.responses {
+        let distances: Vec<f32> = set.responses.iter().map(|r| r.listener.to_head(r.source).length()).collect();
+        let (kept, note) = promenade_sofa::farthest(&distances).unzip();
+        let kept = |i: &usize| kept.as_ref().is_none_or(|kept: &Vec<bool>| kept[*i]);
+        for response in (0..set.responses.len()).filter(kept).map(|i| &set.responses[i]) {
             let direction = response.listener.to_head(response.source).try_normalize();
             directions.push(direction.ok_or_else(|| wrong("sources apart from it", &response.name))?);
             ears.extend([response.left.clone(), response.right.clone()]);
@@ -72,6 +77,7 @@ impl Hrtf {
             delays: Vec::new(),
             spectra: Vec::new(),
             coherence: Vec::new(),
+            note,
             directions,
             credit: set.credit.clone(),
             licence: set.licence.clone(),

@@ -1,6 +1,6 @@
 //! A long run: hours of audio faster than real time, and whatever else may happen, with all checks on.
 //!
-//! `cargo run --release -p promenade-core --example soak -- --hours 24 --seed 1`
+//! `cargo bench -p promenade-core --bench soak -- --hours 24 --seed 1`
 //!
 //! A listener walks through a room for that many hours of audio. At the end of each hour the engine is compared with a new one
 //! that has heard the last minute only: what differs has drifted. Then streams of wild inputs, poses, settings and scenes
@@ -30,7 +30,7 @@ struct Options {
 impl Options {
     fn read() -> Result<Self, String> {
         let mut options = Self { hours: 1, seed: 1 };
-        let mut words = std::env::args().skip(1);
+        let mut words = std::env::args().skip(1).filter(|word| word != "--bench");
         while let Some(word) = words.next() {
             let value = words.next().unwrap_or_default();
             let wrong = |_| format!("{word}: expected a whole number, found \"{value}\"");
