@@ -70,8 +70,6 @@ fn room(name: &str) -> Box<Renderer> {
 
 fn offline_a_scene_is_heard_from_the_block_that_names_it<H: Host>() {
     let mut host = H::open(Setup::default());
-    // Twice: the VST3 wrapper hands on the mode of the time before.
-    host.reopen(Setup { offline: true, ..Setup::default() });
     host.reopen(Setup { offline: true, ..Setup::default() });
     let first = room("loft");
     let mut engine = Spatializer::new(48_000.0);
