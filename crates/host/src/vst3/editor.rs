@@ -18,7 +18,7 @@ impl Vst3Plugin {
         #[expect(clippy::cast_possible_truncation, reason = "a factor near 1")]
         let scale = scale as f32;
         // Who declines has its own idea of the scale.
-        self.plugin.set_editor_scale_factor(scale).map_err(|e| self.failed("scale its editor", e))
+        self.plugin.set_editor_scale_factor(scale).map(drop).map_err(|e| self.failed("scale its editor", e))
     }
 
     #[cfg(target_os = "linux")]
