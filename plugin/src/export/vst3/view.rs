@@ -14,7 +14,7 @@ use nice_plug::wrapper::vst3::vst3::Steinberg::{
 };
 use std::sync::{Arc, Mutex, OnceLock, Weak};
 
-/// The functions of views of a kind of plugin, which live as long as the library: a host may keep a view longer than its plugin.
+/// The functions of views of a kind of plugin. They live as long as the library: a host may keep a view longer than its plugin.
 #[repr(C)]
 struct Table {
     /// First, so that a pointer to it is one to the whole.
