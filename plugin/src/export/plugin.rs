@@ -9,7 +9,7 @@ use crate::editor::{Instance, PromenadeEditor};
 use crate::export::pages::{self, InModules};
 use crate::listener::clock::{BlockTime, Clock};
 use crate::listener::inbox::Inbox;
-use crate::listener::ramp::{self, Ramps};
+use crate::listener::ramp::{self, Ramps, Stretch};
 use crate::listener::snapshot::Snapshot;
 use crate::listener::source_paths::SourcePaths;
 use crate::listener::{HeardPose, ListenerSources};
@@ -20,6 +20,7 @@ use crate::playing::Playing;
 use crate::playing::loader::Loader;
 use crate::playing::monitor::Monitor;
 use crate::playing::output::Output;
+use crate::project::host_values::Arrived;
 use crate::project::params::PromenadeParams;
 use crate::project::walk::SavedWalk;
 use crate::telemetry::Telemetry;
@@ -326,6 +327,7 @@ impl<const FURTHER: usize> Promenade<FURTHER> {
         &mut self,
         buffer: &mut Buffer,
         aux: &mut AuxiliaryBuffers,
+        arrived: Arrived,
         context: &mut impl ProcessContext<Self>,
     ) -> ProcessStatus {
         let began = Instant::now();
@@ -337,7 +339,8 @@ impl<const FURTHER: usize> Promenade<FURTHER> {
         let wanted = snapshot.block.tier;
         let power = || further_input::power(ears(buffer), aux.inputs);
         let watch = self.spender.begin(&mut snapshot.block, power, offline, snapshot.leads);
-        let from = self.ramps.follow(&snapshot, buffer.samples(), time.moved, self.timing.sample_rate_hz);
+        let stretch = Stretch { len: buffer.samples(), jumps: time.moved, arrived };
+        let from = self.ramps.follow(&snapshot, stretch, self.timing.sample_rate_hz);
         let Some(heard) = self.render(buffer, aux.inputs, &snapshot, from.as_ref(), &time) else {
             return ProcessStatus::Error("not activated, or less than two output channels");
         };
@@ -407,8 +410,8 @@ impl<const FURTHER: usize> Plugin for Promenade<FURTHER> {
         aux: &mut AuxiliaryBuffers,
         context: &mut impl ProcessContext<Self>,
     ) -> ProcessStatus {
-        self.instance.host_side.values.advance(buffer.samples());
-        let played = self.fused(|plugin| plugin.play(buffer, aux, context));
+        let arrived = self.instance.host_side.values.advance(buffer.samples());
+        let played = self.fused(|plugin| plugin.play(buffer, aux, arrived, context));
         played.unwrap_or_else(|| {
             buffer.as_slice().iter_mut().for_each(|channel| channel.fill(0.0));
             ProcessStatus::Normal
