@@ -190,9 +190,7 @@ pub fn save(folders: &[PathBuf], title: &str, scene: &Scene) -> Result<PathBuf, 
         .and_then(|scene| scene.to_bytes())
         .map_err(|error| Fault::because("the scene cannot be written", error))?;
     std::fs::create_dir_all(folder).map_err(&io_error)?;
-    // A crash half way leaves no half scene.
-    let partial = path.with_extension("partial");
-    std::fs::write(&partial, bytes).and_then(|()| std::fs::rename(&partial, &path)).map_err(io_error)?;
+    file::write_whole(&path, &bytes).map_err(io_error)?;
     Ok(path)
 }
 

@@ -5,6 +5,7 @@ use crate::parameter::choices::{
     Choice, Follow as FollowChoice, GroupChoice, LatencyChoice, SceneChoice, TierChoice, Tracking as TrackingChoice,
 };
 use crate::parameter::row::{SLOTS, Unit, Values};
+use crate::parameter::text;
 use crate::project::slots::ProjectSlots;
 use nice_plug::prelude::*;
 use std::sync::Arc;
@@ -48,14 +49,13 @@ impl Hosted {
         let row = parameter.row();
         match row.values {
             Values::Number(unit, ..) => {
+                let written = match unit {
+                    Unit::Share => formatters::v2s_f32_percentage(unit.digits()),
+                    _ => formatters::v2s_f32_rounded(unit.digits()),
+                };
                 let param = FloatParam::new(row.name, default, parameter.range()).with_unit(unit.suffix());
-                Self::Number(if unit == Unit::Share {
-                    param
-                        .with_value_to_string(formatters::v2s_f32_percentage(unit.digits()))
-                        .with_string_to_value(formatters::s2v_f32_percentage())
-                } else {
-                    param.with_value_to_string(formatters::v2s_f32_rounded(unit.digits()))
-                })
+                let read = Arc::new(move |typed: &str| text::number(row.values, typed));
+                Self::Number(param.with_value_to_string(written).with_string_to_value(read))
             }
             Values::Switch => {
                 // The framework's own takes any other text for "off".
