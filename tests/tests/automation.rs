@@ -9,6 +9,7 @@ in_both_formats!(
     gain_steps_are_sample_accurate,
     bypass_steps_are_sample_accurate,
     several_steps_in_one_block_all_land,
+    a_small_step_is_one_in_blocks_of_any_size,
     offline_a_scene_is_heard_from_the_block_that_names_it,
 );
 
@@ -61,6 +62,31 @@ fn several_steps_in_one_block_all_land<H: Host>() {
     assert_eq!(early, (first + latency < second).then_some(first + latency));
 }
 
+/// A small step takes no longer where blocks are longer.
+fn a_small_step_is_one_in_blocks_of_any_size<H: Host>() {
+    const LONG: usize = 4 * 8192;
+    let signal = noise(LONG);
+    // In the middle of blocks, and between two of any size.
+    let changes = [(5_000, "gain", 0.7986), (5_001, "late", 0.8), (20_011, "yaw", 0.51), (3 * 8192, "gain", 0.82)];
+    let in_blocks = |size: usize| {
+        let mut host = H::open(Setup { block: size, ..Setup::default() });
+        let mut out = [Vec::new(), Vec::new()];
+        for start in (0..LONG).step_by(size) {
+            for (at, id, value) in changes.iter().filter(|(at, ..)| (start..start + size).contains(at)) {
+                host.set_at(id, *value, at - start);
+            }
+            let block = &signal[start..start + size];
+            out.iter_mut().zip(host.process(&[block, block])).for_each(|(all, new)| all.extend(new));
+        }
+        out
+    };
+    let fine = in_blocks(64);
+    for size in [512, 2048, 8192] {
+        let difference = difference_db(&fine, &in_blocks(size));
+        assert!(difference < -100.0, "in blocks of {size} and of 64 by {difference} dB");
+    }
+}
+
 /// The engine with a factory scene, at 48 kHz.
 fn room(name: &str) -> Box<Renderer> {
     let file = format!("{}/../presets/scenes/{name}.promenade", env!("CARGO_MANIFEST_DIR"));
@@ -70,8 +96,6 @@ fn room(name: &str) -> Box<Renderer> {
 
 fn offline_a_scene_is_heard_from_the_block_that_names_it<H: Host>() {
     let mut host = H::open(Setup::default());
-    // Twice: the VST3 wrapper hands on the mode of the time before.
-    host.reopen(Setup { offline: true, ..Setup::default() });
     host.reopen(Setup { offline: true, ..Setup::default() });
     let first = room("loft");
     let mut engine = Spatializer::new(48_000.0);

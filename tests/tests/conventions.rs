@@ -9,7 +9,7 @@ use std::fs;
 use std::path::Path;
 use std::time::Duration;
 
-in_both_formats!(slots_have_the_names_of_their_files);
+in_both_formats!(slots_have_the_names_of_their_files, values_are_taken_as_they_are_typed);
 
 /// A pleasant while for a window to come up on a slow machine.
 const PATIENCE: Duration = Duration::from_secs(20);
@@ -46,6 +46,22 @@ fn remote_controls_have_every_parameter_on_a_page() {
         assert_eq!(count, usize::from(parameter.name != "Revision"), "{}", parameter.name);
     }
     assert!(Vst3::open(Setup::default()).instance().remote_pages().is_empty());
+}
+
+fn values_are_taken_as_they_are_typed<H: Host>() {
+    let mut host = H::open(Setup::default());
+    let mut share = |id, text| host.instance().from_text(host_id(id), text);
+    for (id, text, value) in [
+        ("gain", "-6dB", 54.0 / 72.0),
+        ("x", "2m", 52.0 / 100.0),
+        ("lowcut", "0.1k", 0.2),
+        ("pitch", "30°", 120.0 / 180.0),
+        ("yaw", "370", 190.0 / 360.0),
+    ] {
+        let taken = share(id, text).unwrap();
+        assert!((taken - value).abs() < 1e-5, "{text} is {taken} of {id}");
+    }
+    assert!(share("gain", "nan").is_err());
 }
 
 fn slots_have_the_names_of_their_files<H: Host>() {

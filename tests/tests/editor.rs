@@ -289,16 +289,8 @@ fn opening_and_closing_leaves_nothing_behind<H: Host>() {
     drawn(&mut host, &screen);
 }
 
-fn the_window_is_resized_and_scaled<H: Host>() {
+fn the_window_is_resized<H: Host>() {
     let screen = Screen::new(1400, 900);
-    let mut widths = Vec::new();
-    for scale in [1.0, 2.0, 3.0] {
-        let mut host = H::open(Setup::default());
-        let size = open(&mut host, &screen, scale);
-        widths.push(size.width);
-        drawn(&mut host, &screen).keep(&format!("scale-{scale}-{:?}", H::FORMAT).to_lowercase());
-    }
-    println!("widths at scales 1, 2 and 3: {widths:?}");
     let mut host = H::open(Setup::default());
     let first = open(&mut host, &screen, 1.0);
     assert!(editor(&mut host).can_resize());
@@ -323,6 +315,50 @@ fn the_window_is_resized_and_scaled<H: Host>() {
     drop(host);
     let size = open(&mut other, &screen, 1.0);
     assert_eq!((size.width, size.height), (940, 640));
+}
+
+/// An editor is drawn to the corners of its window, and everything in it is larger, at each scale that a host names before it
+/// opens the editor or while it is open.
+fn an_editor_fills_its_window_at_every_scale<H: Host>() {
+    let screen = Screen::new(1500, 1000);
+    let (width, height) = (720, 480);
+    let state = H::open(Setup::default()).state();
+    let small = edit_state(&state, "editor", &json!({ "width": f64::from(width), "height": f64::from(height) }));
+    let scaled = |points: u32, scale: f64| (f64::from(points) * scale).round() as u32;
+    // Where the first panel ends, points.
+    let border = |host: &mut H, size: EditorSize, scale: f64| {
+        assert_eq!((size.width, size.height), (scaled(width, scale), scaled(height, scale)), "at scale {scale}");
+        screen.resize(size.width, size.height);
+        let picture = drawn(host, &screen);
+        picture.keep(&format!("scale-{scale}-{:?}", H::FORMAT).to_lowercase());
+        let pixel = |x: u32, y: u32| &picture.rgb[3 * (y * picture.width + x) as usize..][..3];
+        for (x, y) in [(1, 1), (size.width - 2, 1), (1, size.height - 2), (size.width - 2, size.height - 2)] {
+            assert_ne!(pixel(x, y), [0, 0, 0], "the pixel {x}, {y} at scale {scale} is not drawn");
+        }
+        let row = size.height - scaled(4, scale);
+        let end = (0..size.width).find(|x| pixel(*x, row) != pixel(0, row)).expect("there are two panels");
+        f64::from(end) / scale
+    };
+    let mut host = H::open(Setup::default());
+    assert!(host.load(&small));
+    let size = open(&mut host, &screen, 1.0);
+    let usual = border(&mut host, size, 1.0);
+    drop(host);
+    for scale in [1.25, 1.5, 2.0] {
+        let mut host = H::open(Setup::default());
+        assert!(host.load(&small));
+        let size = open(&mut host, &screen, scale);
+        let mut borders = vec![border(&mut host, size, scale)];
+        for other in [2.0, 1.0, 1.5] {
+            let size = editor(&mut host).rescale(other).expect("the editor has a size");
+            borders.push(border(&mut host, size, other));
+        }
+        // And opened again.
+        editor(&mut host).close().expect("the editor closes");
+        let size = open(&mut host, &screen, 1.25);
+        borders.push(border(&mut host, size, 1.25));
+        assert!(borders.iter().all(|end| (end - usual).abs() < 2.0), "panels end at {borders:?} points, and at {usual}");
+    }
 }
 
 fn what_osc_sets_is_told_to_the_host<H: Host>() {
@@ -373,7 +409,8 @@ mod needs_screen {
         an_editor_is_drawn_without_any_sound,
         an_editor_that_is_left_open_ends_with_its_plugin,
         opening_and_closing_leaves_nothing_behind,
-        the_window_is_resized_and_scaled,
+        the_window_is_resized,
+        an_editor_fills_its_window_at_every_scale,
         what_osc_sets_is_told_to_the_host,
     );
 

@@ -4,13 +4,14 @@
 use promenade_core::KeyframeEntry;
 use promenade_tests::listener::{choose, pose_of, put, start_of};
 use promenade_tests::signal::{difference_db, noise, rms};
-use promenade_tests::{Host, Setup, edit_state, in_both_formats, in_library, render};
+use promenade_tests::{Host, Setup, edit_state, host_id, in_both_formats, in_library, render};
 use serde_json::{Value, json};
 use std::fs;
 use std::path::Path;
 
 in_both_formats!(
     slots_choose_files_that_the_project_then_keeps,
+    slots_stand_for_the_same_files_when_others_come,
     empty_slots_are_logged_once,
     a_missing_scene_passes_the_dry_sound_at_its_level,
     a_scene_that_the_host_chooses_is_heard_from_where_it_begins,
@@ -75,6 +76,42 @@ fn slots_in<H: Host>(folder: &Path) {
     later.process(&[&[0.0; 64], &[0.0; 64]]);
     later.reopen(Setup::default());
     assert_eq!(field(&later.state(), "scene")["absolute"], json!(folder.join("2.promenade")));
+}
+
+/// What automation chose when a project was saved it chooses when the library has grown, and what an older project played.
+fn slots_stand_for_the_same_files_when_others_come<H: Host>() {
+    let texts = |host: &mut H| [1, 2, 3].map(|slot| host.instance().text(host_id("slot"), f64::from(slot) / 64.0).unwrap());
+    let played = |host: &mut H, slot: u32| {
+        host.set("scene", 1.0);
+        host.set("slot", f64::from(slot) / 64.0);
+        host.set("walk", 1.0 / 64.0);
+        host.instance().settle().unwrap();
+        let state = host.state();
+        let file = field(&state, "scene")["absolute"].as_str().unwrap().to_owned();
+        (Path::new(&file).file_stem().unwrap().to_str().unwrap().to_owned(), field(&state, "walk")["name"].clone())
+    };
+    in_library(fill, |folder| {
+        let mut host = H::open(Setup::default());
+        assert_eq!(played(&mut host, 2), ("2".to_owned(), json!("turn")));
+        let (state, own) = (host.save(), host.state());
+        fs::copy(folder.join("1.promenade"), folder.join("0.promenade")).unwrap();
+        fs::copy(folder.join("turn.json"), folder.join("about.json")).unwrap();
+        // Texts are looked up every two seconds.
+        std::thread::sleep(std::time::Duration::from_millis(2100));
+        let mut later = H::open(Setup::default());
+        assert!(later.load(&state));
+        assert_eq!(texts(&mut later), ["1", "2", "0"]);
+        assert_eq!(["0", "1", "2"], [3, 1, 2].map(|slot| played(&mut later, slot).0));
+        assert_eq!(played(&mut later, 2).1, json!("turn"));
+        // A state of before slots kept their files has the one that it plays.
+        let mut older: Value = own;
+        older["fields"].as_object_mut().unwrap().remove("slots");
+        let mut older_host = H::open(Setup::default());
+        assert!(older_host.load(&serde_json::to_vec(&older).unwrap()));
+        assert_eq!(texts(&mut older_host), ["0", "2", "1"]);
+        assert_eq!(played(&mut older_host, 2), ("2".to_owned(), json!("turn")));
+        assert_eq!(played(&mut older_host, 1).0, "0");
+    });
 }
 
 fn empty_slots_are_logged_once<H: Host>() {

@@ -2,7 +2,7 @@
 //! anything. A process of its own: what goes wrong here may end it.
 #![cfg(target_os = "linux")]
 
-use promenade_tests::bare::{BLOCK, Bare, BareClap, BareVst3, Part};
+use promenade_tests::bare::{BLOCK, Bare, BareClap, BareVst3, Part, Plugin};
 use promenade_tests::host_id;
 use promenade_tests::memory::resident_bytes;
 use promenade_tests::screen::wait_until;
@@ -37,11 +37,12 @@ in_both_formats!(
     instances_go_in_every_order,
     no_change_is_posted_while_no_editor_is_open,
     a_state_is_restored_after_anything,
+    a_state_of_many_is_restored_after_anything,
 );
 
 /// An instance that plays.
 fn playing<B: Bare>() -> B {
-    let mut instance = B::make();
+    let mut instance = B::make(Plugin::One);
     instance.activate();
     instance.play(true);
     instance
@@ -126,7 +127,7 @@ fn references_go_in_every_order() {
     let parts = [Part::Component, Part::Processor, Part::Controller];
     for order in orders(parts.len()) {
         for is_active in [false, true] {
-            let mut instance: BareVst3 = if is_active { playing() } else { Bare::make() };
+            let mut instance: BareVst3 = if is_active { playing() } else { Bare::make(Plugin::One) };
             if is_active {
                 elsewhere(|| instance.busy_block(host_id("x"), CHANGES));
             }
@@ -176,12 +177,19 @@ enum Step {
 
 /// Those that need no screen.
 const STEPS: [Step; 5] = [Step::Activate, Step::Process, Step::ProcessOn, Step::Automate, Step::Scene];
-/// Automated: a float of each end of the list, a switch and a choice.
-const AUTOMATED: [&str; 5] = ["x", "yaw", "gain", "wetsolo", "follow"];
+
+/// Automated: a float of each end of the list, a switch and a choice; or values of further sources.
+fn automated(plugin: Plugin) -> [&'static str; 5] {
+    match plugin {
+        Plugin::One => ["x", "yaw", "gain", "wetsolo", "follow"],
+        Plugin::Many => ["x", "ey2", "level2", "ez3", "ex16"],
+    }
+}
 
 /// An instance on its way through steps.
 struct Walked<B> {
     instance: B,
+    automated: [&'static str; 5],
     is_active: bool,
     plays: bool,
     random: u64,
@@ -234,12 +242,12 @@ impl<B: Bare> Walked<B> {
             }
             Step::Editor => editor(&mut self.instance),
             Step::Automate => {
-                let values = AUTOMATED.map(|id| (id, self.next()));
+                let values = self.automated.map(|id| (id, self.next()));
                 if self.plays {
                     let changes = values.map(|(id, value)| (host_id(id), 100, value));
                     elsewhere(|| self.instance.block(&noise(BLOCK), &changes));
                 }
-                for id in AUTOMATED {
+                for id in self.automated {
                     let value = self.next();
                     self.set(id, value);
                 }
@@ -269,12 +277,12 @@ impl<B: Bare> Walked<B> {
     }
 }
 
-fn walked<B: Bare>() -> Walked<B> {
-    Walked { instance: B::make(), is_active: false, plays: false, random: 1 }
+fn walked<B: Bare>(plugin: Plugin) -> Walked<B> {
+    Walked { instance: B::make(plugin), automated: automated(plugin), is_active: false, plays: false, random: 1 }
 }
 
-/// Every sequence of up to three steps, and some of four.
-fn sequences() -> Vec<Vec<Step>> {
+/// Every sequence of up to two steps; every one of three, and some of four.
+fn sequences() -> [Vec<Vec<Step>>; 2] {
     let longer = |all: &[Vec<Step>]| -> Vec<Vec<Step>> {
         all.iter().flat_map(|one| STEPS.map(|step| [&one[..], &[step]].concat())).collect()
     };
@@ -287,26 +295,36 @@ fn sequences() -> Vec<Vec<Step>> {
             some.push(four);
         }
     }
-    [ones, twos, threes, some].concat()
+    [[ones, twos].concat(), [threes, some].concat()]
 }
 
-/// The parameters in a state. Fields beside them change with what is loaded: a scene's level comes when it has been read.
-fn saved_values(state: &[u8]) -> Value {
+/// All of a state but a scene's level, which comes when the scene has been read.
+fn saved(state: &[u8]) -> Value {
     // CLAP's has its length before it.
     let start = state.windows(10).position(|text| text == b"{\"version\"").expect("a state is JSON");
-    serde_json::from_slice::<Value>(&state[start..]).expect("a state is JSON")["params"].take()
+    let mut state: Value = serde_json::from_slice(&state[start..]).expect("a state is JSON");
+    let scene = state["fields"]["scene"].as_str().expect("a scene is saved");
+    let mut scene: Value = serde_json::from_str(scene).expect("a field is JSON");
+    scene.as_object_mut().expect("a scene has fields").remove("level_cb");
+    state["fields"]["scene"] = scene;
+    state
 }
 
 /// Restores after each sequence what was saved by another instance, and what this one saves.
-fn restore_after<B: Bare>(sequences: &[Vec<Step>], editor: &mut dyn FnMut(&mut B)) {
-    let mut model: Walked<B> = walked();
-    for (id, value) in [("x", 0.75), ("yaw", 0.3), ("gain", 0.6), ("wetsolo", 1.0), ("tier", 0.0)] {
-        model.set(id, value);
+fn restore_after<B: Bare>(plugin: Plugin, sequences: &[Vec<Step>], editor: &mut dyn FnMut(&mut B)) {
+    let mut model: Walked<B> = walked(plugin);
+    let further = match plugin {
+        Plugin::One => &[][..],
+        Plugin::Many => &[("ey2", 0.52), ("level2", 0.7), ("ez3", 0.48), ("ex16", 0.6)],
+    };
+    let values = [("x", 0.75), ("yaw", 0.3), ("gain", 0.6), ("wetsolo", 1.0), ("tier", 0.0)];
+    for (id, value) in values.iter().chain(further) {
+        model.set(id, *value);
     }
     let state = model.instance.save();
     let (values, sound) = (model.values(), model.sound());
     for (number, sequence) in sequences.iter().enumerate() {
-        let mut walked: Walked<B> = walked();
+        let mut walked: Walked<B> = walked(plugin);
         walked.random = number as u64;
         sequence.iter().for_each(|step| walked.step(*step, editor));
         // Its own state has what the host reads.
@@ -316,9 +334,10 @@ fn restore_after<B: Bare>(sequences: &[Vec<Step>], editor: &mut dyn FnMut(&mut B
         walked.instance.set(host_id("x"), to);
         walked.instance.load(&own);
         assert_eq!(walked.values(), read, "values of its own state after {sequence:?}");
-        assert_eq!(saved_values(&walked.instance.save()), saved_values(&own), "after {sequence:?}");
+        assert_eq!(saved(&walked.instance.save()), saved(&own), "after {sequence:?}");
         walked.instance.load(&state);
         assert_eq!(walked.values(), values, "values after {sequence:?}");
+        assert_eq!(saved(&walked.instance.save()), saved(&state), "after {sequence:?}");
         // All of what is heard is compared where it is new: each sequence of two, and some of the others.
         if sequence.len() <= 2 || number % 5 == 0 {
             let difference = difference_db(&sound, &walked.sound());
@@ -329,7 +348,12 @@ fn restore_after<B: Bare>(sequences: &[Vec<Step>], editor: &mut dyn FnMut(&mut B
 
 fn a_state_is_restored_after_anything<B: Bare>() {
     let _alone = alone();
-    restore_after::<B>(&sequences(), &mut |_| ());
+    restore_after::<B>(Plugin::One, &sequences().concat(), &mut |_| ());
+}
+
+fn a_state_of_many_is_restored_after_anything<B: Bare>() {
+    let _alone = alone();
+    restore_after::<B>(Plugin::Many, &sequences()[0], &mut |_| ());
 }
 
 /// Opens, automates and removes instances at random for so many minutes (`PROMENADE_MINUTES`, one unless told) on four threads
@@ -365,18 +389,20 @@ fn instances_come_and_go_at_random() {
 /// Does anything at random with up to six instances; returns how many have gone.
 fn wander<B: Bare>(seed: u64, is_over: &(dyn Fn() -> bool + Sync)) -> usize {
     let (mut instances, mut gone): (Vec<Walked<B>>, usize) = (Vec::new(), 0);
-    let mut random: Walked<()> = Walked { instance: (), is_active: false, plays: false, random: seed };
+    let mut random: Walked<()> =
+        Walked { instance: (), automated: automated(Plugin::One), is_active: false, plays: false, random: seed };
     let mut dice = move |sides: u32| (random.next() * 0.999 * f64::from(sides)) as usize;
     while !is_over() {
         if instances.is_empty() || (instances.len() < 6 && dice(4) == 0) {
-            instances.push(walked());
+            let plugin = if dice(4) == 0 { Plugin::Many } else { Plugin::One };
+            instances.push(walked(plugin));
             continue;
         }
         let which = dice(u32::try_from(instances.len()).unwrap_or(1));
         let walked = &mut instances[which];
         match dice(9) {
             0..3 => walked.step(STEPS[dice(5)], &mut |_| ()),
-            3..5 if walked.plays => elsewhere(|| walked.instance.busy_block(host_id(AUTOMATED[0]), CHANGES)),
+            3..5 if walked.plays => elsewhere(|| walked.instance.busy_block(host_id("x"), CHANGES)),
             5 => {
                 let state = walked.instance.save();
                 walked.instance.load(&state);
@@ -486,7 +512,7 @@ mod needs_screen {
             vec![Editor, Scene, Editor, Process],
             vec![Activate, Automate, Editor, Scene],
         ];
-        restore_after::<BareVst3>(&sequences, &mut |instance| {
+        restore_after::<BareVst3>(Plugin::One, &sequences, &mut |instance| {
             instance.open_editor(screen.window());
             thread::sleep(Duration::from_millis(300));
             instance.close_editor();

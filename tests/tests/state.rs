@@ -336,7 +336,21 @@ fn a_state_is_the_same_after_it_is_loaded_and_has_no_reports<H: Host>() {
     let fields = |state: &Value| state["fields"].as_object().unwrap().keys().cloned().collect::<Vec<_>>();
     assert_eq!(
         fields(&host.state()),
-        ["budget", "editor", "head", "headphones", "matching", "osc", "remote", "room", "scene", "version", "walk", "walks"]
+        [
+            "budget",
+            "editor",
+            "head",
+            "headphones",
+            "matching",
+            "osc",
+            "remote",
+            "room",
+            "scene",
+            "slots",
+            "version",
+            "walk",
+            "walks"
+        ]
     );
     // States of earlier plugins have reports.
     let old: Value =

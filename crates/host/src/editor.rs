@@ -72,6 +72,13 @@ pub trait Editor {
     /// It is not open, or the plugin refuses.
     fn resize(&mut self, size: EditorSize) -> Result<EditorSize, Fault>;
 
+    /// Names another scale of logical to physical pixels; returns the size at it. A plugin that has its own idea of the scale
+    /// keeps to that.
+    ///
+    /// # Errors
+    /// It is not open, or the plugin does not say its size.
+    fn rescale(&mut self, scale: f64) -> Result<EditorSize, Fault>;
+
     /// The size that the plugin has asked for since this was last called; the host gives it by [`Editor::resize`].
     fn take_resize_request(&mut self) -> Option<EditorSize>;
 

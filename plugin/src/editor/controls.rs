@@ -9,6 +9,7 @@ use super::words::Word;
 use crate::parameter::Parameter;
 use crate::parameter::cast::narrow;
 use crate::parameter::choices::Follow;
+use crate::parameter::text;
 use crate::project::params::PromenadeParams;
 use egui::{CornerRadius, DragValue, Key, Rect, Response, Sense, Ui, Vec2, WidgetInfo};
 use nice_plug::prelude::Enum;
@@ -44,6 +45,7 @@ pub fn number(ui: &mut Ui, ctx: &mut Ctx<'_>, parameter: Parameter) -> Response 
         .speed(speed)
         .fixed_decimals(decimals)
         .update_while_editing(false)
+        .custom_parser(move |typed| Some(f64::from(text::number(parameter.row().values, typed)?) * factor))
         .suffix(unit);
     let response = ui.add_sized(Vec2::new(ui.available_width(), CONTROL), drag);
     let value = narrow(shown / factor);

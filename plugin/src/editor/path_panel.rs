@@ -310,7 +310,7 @@ fn export(path: &CameraPath, file: &Path) -> Result<String, String> {
 }
 
 /// Makes a path the project's own, with the speed and the looping that are set.
-fn take(ctx: &mut Ctx<'_>, new: SavedWalk) {
+pub(super) fn take(ctx: &mut Ctx<'_>, new: SavedWalk) {
     let (kept, _) = ctx.params().saved_walk.get();
     ctx.keep_walk(SavedWalk { speed: kept.speed, looping: kept.looping, slot: 0, ..new });
 }

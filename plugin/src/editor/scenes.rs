@@ -16,6 +16,7 @@ use crate::library::lister::{Listed, Lister, Listing, card_at};
 use crate::library::scene_key::SceneKey;
 use crate::parameter::Parameter;
 use crate::parameter::choices::SceneChoice;
+use crate::parameter::row::SlotKind;
 use crate::worker::{LISTER, TaskHandle};
 use egui::{Align, Frame, Layout, Margin, RichText, ScrollArea, TextEdit, Ui};
 use nice_plug::nice_error;
@@ -50,8 +51,11 @@ const OPEN: f32 = 68.0;
 enum Pick {
     Loft,
     Factory(usize),
-    Slot(usize),
+    /// A file of the library, by its number.
+    File(usize),
     Room,
+    /// A scene that is in no list, saved with the project.
+    Own,
 }
 
 impl Scenes {
@@ -155,19 +159,19 @@ impl Scenes {
         ui.add_space(SPACE);
     }
 
-    fn lines(&self, ui: &mut Ui, ctx: &mut Ctx<'_>, listing: &Listing) {
+    fn lines(&mut self, ui: &mut Ui, ctx: &mut Ctx<'_>, listing: &Listing) {
         let wanted = self.search.trim().to_lowercase();
-        let chosen = chosen(ctx);
+        let chosen = chosen(ctx, listing);
         let loft = listing.loft.iter().map(|listed| (Pick::Loft, listed));
         let factory = listing.factory.iter().enumerate().map(|(index, listed)| (Pick::Factory(index), listed));
         let factory = loft.chain(factory);
-        let library = listing.scenes.iter().enumerate().map(|(index, listed)| (Pick::Slot(index + 1), listed));
+        let library = listing.scenes.iter().enumerate().map(|(number, listed)| (Pick::File(number), listed));
         let mut clicked = None;
         let saved = ctx.params().scene_key.get().0;
         for (title, lines) in [("Built in", factory.collect::<Vec<_>>()), ("Library", library.collect())] {
             caption(ui, ctx.palette, title);
             let shown = lines.iter().filter(|(_, listed)| matches(listed, &wanted)).collect::<Vec<_>>();
-            if title == "Library" && saved.is_some() && matches!(chosen, Pick::Slot(0)) {
+            if title == "Library" && saved.is_some() && chosen == Pick::Own {
                 note(ui, ctx.palette, format!("Saved with the project: {}", saved.title));
             }
             if shown.is_empty() {
@@ -175,7 +179,7 @@ impl Scenes {
                 note(ui, ctx.palette, why);
             }
             for (pick, listed) in shown {
-                if line(ui, ctx.palette, *pick, listed, *pick == chosen) {
+                if line(ui, ctx.palette, listed, *pick == chosen) {
                     clicked = Some(*pick);
                 }
             }
@@ -197,14 +201,26 @@ impl Scenes {
             Some(Pick::Room) => ctx.choose_room(),
             Some(Pick::Loft) => open(ctx, SceneKey::loft()),
             Some(Pick::Factory(index)) => ctx.set(Parameter::Scene, index as f32),
-            Some(Pick::Slot(slot)) => {
-                // The slot first: the scene that was chosen before is not read again in between.
-                ctx.set(Parameter::Slot, slot as f32);
-                ctx.set(Parameter::Scene, SceneChoice::Library.to_index() as f32);
-            }
-            None => {}
+            Some(Pick::File(number)) => self.why_not = choose(ctx, &listing.scenes[number]).err(),
+            Some(Pick::Own) | None => {}
         }
     }
+}
+
+/// Plays a file of the library: by its slot, which can be automated, or where it has none as the project's own scene.
+fn choose(ctx: &mut Ctx<'_>, listed: &Listed) -> Result<(), String> {
+    let key = ctx.params().scene_key.get().0;
+    // What is saved with a slot may be another file than the slot's, as in a preset from another project.
+    let is_free = |slot: &usize| u32::try_from(*slot) != Ok(key.slot) || key.absolute == listed.path;
+    match ctx.params().slots.slot_of(SlotKind::Scene, &listed.path).filter(is_free) {
+        Some(slot) => {
+            // The slot first: the scene that was chosen before is not read again in between.
+            ctx.set(Parameter::Slot, slot as f32);
+            ctx.set(Parameter::Scene, SceneChoice::Library.to_index() as f32);
+        }
+        None => open(ctx, scene_file(&listed.path)?),
+    }
+    Ok(())
 }
 
 /// The key of the scene file at a place.
@@ -248,14 +264,19 @@ fn open(ctx: &mut Ctx<'_>, key: SceneKey) {
 }
 
 /// What the parameters choose.
-fn chosen(ctx: &Ctx<'_>) -> Pick {
+fn chosen(ctx: &Ctx<'_>, listing: &Listing) -> Pick {
     let scene = ctx.index(Parameter::Scene);
     if ctx.drawn_room().is_some() {
         Pick::Room
     } else if ctx.params().chooses_own_scene() && ctx.params().scene_key.get().0.is_loft() {
         Pick::Loft
     } else if scene == SceneChoice::Library.to_index() {
-        Pick::Slot(ctx.index(Parameter::Slot))
+        let (slot, key) = (ctx.index(Parameter::Slot), ctx.params().scene_key.get().0);
+        let files = listing.scenes.iter().map(|listed| listed.path.as_path());
+        let of_key = || files.clone().position(|file| file == key.absolute);
+        let of_slot = || ctx.params().slots.saved().scenes.file(slot, files.clone());
+        let is_keys = slot == 0 || u32::try_from(slot) == Ok(key.slot);
+        (if is_keys { of_key() } else { of_slot() }).map_or(Pick::Own, Pick::File)
     } else {
         Pick::Factory(scene)
     }

@@ -4,6 +4,7 @@ use super::controls::{follow_path, list, number, slider};
 use super::ctx::Ctx;
 use super::file_row::FileRow;
 use super::meter::Meters;
+use super::path_panel::{read, take};
 use super::source_path::SourcePath;
 use super::theme::{CONTROL, Palette, SPACE};
 use super::view::reset;
@@ -11,11 +12,12 @@ use super::widgets::{button, dimmed, drop_down, heading, labelled, note, title};
 use super::words::Word;
 use super::{loudness, pose_source, tier};
 use crate::parameter::Parameter;
-use crate::parameter::row::SLOTS;
+use crate::parameter::row::SlotKind;
 use crate::parameter::source_knob::{Part, SOURCES, SourceKnob};
 use crate::playing::output::Output;
 use egui::{Align, Align2, Frame, Layout, Margin, Rect, ScrollArea, Sense, Ui, UiBuilder, Vec2};
 use promenade_core::Pose;
+use std::path::PathBuf;
 
 /// Width, points.
 const WIDTH: f32 = 248.0;
@@ -101,17 +103,26 @@ fn movement(ui: &mut Ui, ctx: &mut Ctx<'_>) {
 fn paths(ui: &mut Ui, ctx: &mut Ctx<'_>) {
     let own = if ctx.walk.is_some() { "The project's own" } else { "None" };
     let walks = &ctx.listing.walks;
-    let name = |slot: usize| match slot.checked_sub(1) {
-        None => own.to_owned(),
-        Some(index) => walks
-            .get(index)
-            .and_then(|path| path.file_stem())
-            .map_or_else(|| format!("Slot {slot}"), |stem| stem.to_string_lossy().into_owned()),
-    };
-    let chosen = ctx.index(Parameter::Walk);
-    let names = (0..=walks.len().min(usize::from(SLOTS))).map(name);
-    if let Some(slot) = drop_down(ui, "walk", &name(chosen), names, chosen, |_| Parameter::Walk.row().help) {
-        ctx.set(Parameter::Walk, slot as f32);
+    let slots = ctx.params().slots.saved().walks;
+    let slot = ctx.index(Parameter::Walk);
+    // None where the slot's file is not there.
+    let chosen = if slot == 0 { Some(0) } else { slots.file(slot, walks.iter().map(PathBuf::as_path)).map(|file| 1 + file) };
+    let stems = walks.iter().map(|path| path.file_stem().unwrap_or_default().to_string_lossy().into_owned());
+    let names = std::iter::once(own.to_owned()).chain(stems);
+    let shown = if slot == 0 { own.to_owned() } else { slots.text(slot) };
+    match drop_down(ui, "walk", &shown, names, chosen.unwrap_or(usize::MAX), |_| Parameter::Walk.row().help) {
+        None => {}
+        Some(0) => ctx.set(Parameter::Walk, 0.0),
+        Some(number) => {
+            let file = &walks[number - 1];
+            match ctx.params().slots.slot_of(SlotKind::Walk, file) {
+                Some(slot) => ctx.set(Parameter::Walk, slot as f32),
+                None => match read(file) {
+                    Ok((walk, _)) => take(ctx, walk),
+                    Err(why) => ctx.instance.loader.exchange.walk_report.set_text(why),
+                },
+            }
+        }
     }
 }
 

@@ -57,6 +57,10 @@ impl Editor for PromenadeEditor {
         let EditorSettings { width, height, zoom, .. } = self.settings();
         // What was noted of a window that was never shown.
         self.geometry.closed();
+        let scale = fallback_scale_factor.or_else(|| self.instance.host_side.scale());
+        if scale.is_some() {
+            self.geometry.held().scale = scale;
+        }
         let (instance, geometry, hint) = (self.instance.clone(), Arc::clone(&self.geometry), self.resize_hint());
         let notifier = RepaintNotifier::new();
         let theirs = notifier.clone();
@@ -71,12 +75,18 @@ impl Editor for PromenadeEditor {
             // The framework's editor lives only as long as this call: window and handle own all that it made.
             let editor = create_egui_editor(state, theirs, settings, app).ok_or("no editor")?;
             let SpawnedEditor { handle, window } = editor.spawn(parent, false, scale, gui_context, host)?;
+            // The window library makes the window as if the host had named no scale, and draws at that scale.
+            let now = window.size();
+            let wanted = LogicalSize::new(f64::from(width * zoom), f64::from(height * zoom)).to_physical(now.scale_factor);
+            if now.physical != wanted {
+                handle.set_size(NativeSize::from_size(wanted.into(), now.scale_factor), &window)?;
+            }
             Ok(Opened { handle, window: Some(window), ended })
         };
         let stage = if wait_for_parent {
-            Stage::Waiting(Waiting { open: Box::new(open), parent, scale: fallback_scale_factor, size: None })
+            Stage::Waiting(Waiting { open: Box::new(open), parent, scale, size: None })
         } else {
-            Stage::Open(open(parent, fallback_scale_factor)?)
+            Stage::Open(open(parent, scale)?)
         };
         let handle = PromenadeHandle { geometry: Arc::clone(&self.geometry), hint, notifier, shown: AtomicBool::new(false) };
         Ok(SpawnedEditor { handle, window: PromenadeWindow { stage: RefCell::new(stage) } })
@@ -90,7 +100,8 @@ impl Editor for PromenadeEditor {
 
     fn size(&self) -> NativeSize<u32> {
         let held = self.geometry.held();
-        let scale = held.scale.unwrap_or(1.0);
+        let named = self.instance.host_side.scale().filter(|_| held.open.is_none());
+        let scale = named.or(held.scale).unwrap_or(1.0);
         match held.open {
             Some((width, height)) => NativeSize::from_size(PhysicalSize::new(width, height).into(), scale),
             None => {

@@ -9,7 +9,7 @@ use crate::editor::{Instance, PromenadeEditor};
 use crate::export::pages::{self, InModules};
 use crate::listener::clock::{BlockTime, Clock};
 use crate::listener::inbox::Inbox;
-use crate::listener::ramp::{self, Ramps};
+use crate::listener::ramp::{self, Ramps, Stretch};
 use crate::listener::snapshot::Snapshot;
 use crate::listener::source_paths::SourcePaths;
 use crate::listener::{HeardPose, ListenerSources};
@@ -19,8 +19,8 @@ use crate::parameter::choices::LatencyChoice;
 use crate::playing::Playing;
 use crate::playing::loader::Loader;
 use crate::playing::monitor::Monitor;
-use crate::playing::offline::OfflineDetector;
 use crate::playing::output::Output;
+use crate::project::host_values::Arrived;
 use crate::project::params::PromenadeParams;
 use crate::project::walk::SavedWalk;
 use crate::telemetry::Telemetry;
@@ -56,12 +56,11 @@ pub struct Promenade<const FURTHER: usize = 0> {
     fuse: Fuse,
 }
 
-/// The time of blocks, and whether they are rendered offline.
+/// The time of blocks.
 #[derive(Default)]
 struct Timing {
     sample_rate_hz: f64,
     clock: Clock,
-    offline: OfflineDetector,
     /// The latency that was reported to the host, samples.
     latency: u32,
     /// How often an activation has asked for another one.
@@ -285,10 +284,10 @@ impl<const FURTHER: usize> Promenade<FURTHER> {
             return false;
         }
         self.timing.sample_rate_hz = sample_rate_hz;
-        let is_vst3 = context.plugin_api() == PluginApi::Vst3;
-        let announced =
-            if is_vst3 { self.instance.host_side.is_offline() } else { config.process_mode == ProcessMode::Offline };
-        self.timing.offline = OfflineDetector::new(announced, !is_vst3);
+        if context.plugin_api() != PluginApi::Vst3 {
+            // There the framework hands on the mode of the activation before.
+            self.instance.host_side.announce(config.process_mode == ProcessMode::Offline);
+        }
         let channels = layout.main_input_channels.map_or(0, NonZeroU32::get);
         self.input.resize(channels as usize, (config.max_buffer_size as usize).max(1));
         #[cfg(feature = "standalone")]
@@ -328,18 +327,20 @@ impl<const FURTHER: usize> Promenade<FURTHER> {
         &mut self,
         buffer: &mut Buffer,
         aux: &mut AuxiliaryBuffers,
+        arrived: Arrived,
         context: &mut impl ProcessContext<Self>,
     ) -> ProcessStatus {
         let began = Instant::now();
         self.osc.follow(&self.params);
         let time = self.follow_transport(buffer, context.transport());
-        let offline = self.timing.offline.advance(began, time.length_s);
+        let offline = self.instance.host_side.is_offline();
         self.playing.update(self.instance.loader.choices(), offline);
         let mut snapshot = self.snapshot(offline);
         let wanted = snapshot.block.tier;
         let power = || further_input::power(ears(buffer), aux.inputs);
         let watch = self.spender.begin(&mut snapshot.block, power, offline, snapshot.leads);
-        let from = self.ramps.follow(&snapshot, buffer.samples(), time.moved, self.timing.sample_rate_hz);
+        let stretch = Stretch { len: buffer.samples(), jumps: time.moved, arrived };
+        let from = self.ramps.follow(&snapshot, stretch, self.timing.sample_rate_hz);
         let Some(heard) = self.render(buffer, aux.inputs, &snapshot, from.as_ref(), &time) else {
             return ProcessStatus::Error("not activated, or less than two output channels");
         };
@@ -349,7 +350,6 @@ impl<const FURTHER: usize> Promenade<FURTHER> {
         }
         self.playing.fade(buffer.as_slice());
         self.monitor.show(&snapshot, &time, &heard, &self.playing, ears(buffer), began.elapsed());
-        self.timing.offline.spend(began.elapsed());
         let silent = ears(buffer).into_iter().flatten().all(|sample| *sample == 0.0);
         self.report(silent, &snapshot, context)
     }
@@ -413,8 +413,8 @@ impl<const FURTHER: usize> Plugin for Promenade<FURTHER> {
         aux: &mut AuxiliaryBuffers,
         context: &mut impl ProcessContext<Self>,
     ) -> ProcessStatus {
-        self.instance.host_side.values.advance(buffer.samples());
-        let played = self.fused(|plugin| plugin.play(buffer, aux, context));
+        let arrived = self.instance.host_side.values.advance(buffer.samples());
+        let played = self.fused(|plugin| plugin.play(buffer, aux, arrived, context));
         played.unwrap_or_else(|| {
             buffer.as_slice().iter_mut().for_each(|channel| channel.fill(0.0));
             ProcessStatus::Normal

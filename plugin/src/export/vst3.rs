@@ -9,6 +9,7 @@ mod make;
 mod places;
 mod processor;
 mod stream;
+mod view;
 
 use crate::export::guard::guard;
 use crate::export::kind::COUNT;

@@ -2,7 +2,7 @@
 
 mod file;
 
-use crate::library::file::{file_name_of, read_limited};
+use crate::library::file::{file_name_of, read_limited, write_whole};
 pub use file::About;
 use nice_plug::plugin::PluginState;
 use promenade_fault::Fault;
@@ -143,11 +143,7 @@ pub fn save(folder: &Path, name: &str, state: &PluginState) -> Result<Preset, Fa
     let io_error = Fault::write(&path);
     std::fs::create_dir_all(folder).map_err(&io_error)?;
     let json = serde_json::to_vec(state).map_err(|error| io_error(io::Error::other(error)))?;
-    // A crash half way leaves the old preset.
-    let partial = path.with_extension("partial");
-    std::fs::write(&partial, file::write(&json, FACTORY[0].1))
-        .and_then(|()| std::fs::rename(&partial, &path))
-        .map_err(io_error)?;
+    write_whole(&path, &file::write(&json, FACTORY[0].1)).map_err(io_error)?;
     Ok(Preset { name: name.to_owned(), file: Some(path), about: About::default() })
 }
 

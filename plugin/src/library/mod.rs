@@ -7,7 +7,7 @@ pub(crate) mod file;
 pub mod level;
 pub mod lister;
 pub mod scene_key;
-pub mod slot_names;
+pub mod slots;
 
 use cache::ContentHash;
 use file::{file_name_of, read_limited};
@@ -98,19 +98,6 @@ pub fn files(folders: &[PathBuf], extensions: &[&str]) -> Vec<PathBuf> {
     all
 }
 
-/// The file in a library slot.
-///
-/// # Errors
-/// There are fewer files than that.
-pub fn file_in_slot(folders: &[PathBuf], extensions: &[&str], slot: u32) -> Result<PathBuf, LoadError> {
-    let files = files(folders, extensions);
-    let found = files.len();
-    let file = usize::try_from(slot).ok().and_then(|n| n.checked_sub(1)).and_then(|n| files.into_iter().nth(n));
-    file.ok_or_else(|| {
-        LoadError::NoneChosen(format!("library slot {slot} is empty: the folders {folders:?} hold {found} files of that kind"))
-    })
-}
-
 /// The bytes of a regular file of at most 1 GiB.
 ///
 /// # Errors
@@ -124,14 +111,13 @@ pub(crate) fn bytes_of(path: &Path) -> io::Result<Vec<u8>> {
     read_limited(path, LARGEST_FILE)
 }
 
-/// The scene in a library slot.
+/// The scene in the file of a slot.
 ///
 /// # Errors
-/// The slot is empty or its file is not a scene.
-pub fn scene_in_slot(folders: &[PathBuf], slot: u32) -> Result<LoadedScene, LoadError> {
-    let path = file_in_slot(folders, SCENES, slot)?;
-    let (scene, hash) = scene_at(&path)?;
-    let key = SceneKey::to_file(&path, hash.clone(), scene.title().to_owned(), slot);
+/// The file is not a scene.
+pub fn scene_in_slot(path: &Path, slot: u32) -> Result<LoadedScene, LoadError> {
+    let (scene, hash) = scene_at(path)?;
+    let key = SceneKey::to_file(path, hash.clone(), scene.title().to_owned(), slot);
     Ok(LoadedScene { scene, hash, key, note: String::new() })
 }
 
@@ -204,9 +190,7 @@ pub fn save(folders: &[PathBuf], title: &str, scene: &Scene) -> Result<PathBuf, 
         .and_then(|scene| scene.to_bytes())
         .map_err(|error| Fault::because("the scene cannot be written", error))?;
     std::fs::create_dir_all(folder).map_err(&io_error)?;
-    // A crash half way leaves no half scene.
-    let partial = path.with_extension("partial");
-    std::fs::write(&partial, bytes).and_then(|()| std::fs::rename(&partial, &path)).map_err(io_error)?;
+    file::write_whole(&path, &bytes).map_err(io_error)?;
     Ok(path)
 }
 

@@ -1,11 +1,12 @@
 //! Values that a host sends once a block, drawn out over the block.
 //!
 //! Hosts that read automation at the start of each block make stairs of a line, and stairs are heard: lines beside a tone while
-//! the head turns. Events that come more often need nothing, as poses are read once a hop anyway.
+//! the head turns. A host that gives its changes samples of their own makes no stairs, and means its steps.
 
 use super::pose_sources::Sources;
 use super::snapshot::{FurtherPlace, Snapshot};
 use crate::parameter::cast::narrow;
+use crate::project::host_values::Arrived;
 use promenade_core::glam::Vec3;
 use promenade_core::{BlockParams, EmitterParams, Trim};
 
@@ -30,21 +31,33 @@ pub(crate) struct Ramps<const FURTHER: usize> {
     last: Option<Snapshot<FURTHER>>,
     /// Samples since values last changed.
     since: usize,
+    /// Whether the host has given any change a sample of its own.
+    is_placed: bool,
+}
+
+/// A stretch of a block over which the host changes nothing.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Stretch {
+    /// Samples.
+    pub(crate) len: usize,
+    /// Whether the transport was moved to it.
+    pub(crate) jumps: bool,
+    /// What the host has changed at its beginning.
+    pub(crate) arrived: Arrived,
 }
 
 impl<const FURTHER: usize> Ramps<FURTHER> {
-    /// The values from which a block of `len` samples moves to its own; none where it has its own from the beginning. With
-    /// `jumps` the transport was moved to it.
+    /// The values from which a stretch moves to its own; none where it has its own from the beginning.
     ///
     /// # Real-time
     /// Audio thread; no allocation, lock or I/O.
     pub(crate) fn follow(
         &mut self,
         now: &Snapshot<FURTHER>,
-        len: usize,
-        jumps: bool,
+        Stretch { len, jumps, arrived }: Stretch,
         sample_rate_hz: f64,
     ) -> Option<Snapshot<FURTHER>> {
+        self.is_placed |= arrived.is_placed;
         let Some(last) = self.last.replace(*now) else {
             self.since = len;
             return None;
@@ -52,7 +65,9 @@ impl<const FURTHER: usize> Ramps<FURTHER> {
         let changed = parts(&last) != parts(now);
         let since = if changed { std::mem::take(&mut self.since) } else { 0 };
         self.since = self.since.saturating_add(len);
-        if jumps || len <= FINE || since <= FINE {
+        // A line brings a value with each block or every other; what comes by itself is a step.
+        let is_step = arrived.any && (self.is_placed || since > 2 * len);
+        if jumps || is_step || len <= FINE || since <= FINE {
             return None;
         }
         let start = beginning(&last, now, narrow(len as f64 / sample_rate_hz));
@@ -151,10 +166,15 @@ mod tests {
         values
     }
 
+    const ONCE: Arrived = Arrived { any: true, is_placed: false };
+
     /// Whether each block of values begins with those of the block before.
     fn drawn_out(blocks: &[(Snapshot<4>, usize)]) -> Vec<bool> {
         let mut ramps = Ramps::default();
-        blocks.iter().map(|(values, len)| ramps.follow(values, *len, false, RATE_HZ).is_some()).collect()
+        let mut follow = |(values, len): &(Snapshot<4>, usize)| {
+            ramps.follow(values, Stretch { len: *len, jumps: false, arrived: ONCE }, RATE_HZ).is_some()
+        };
+        blocks.iter().map(&mut follow).collect()
     }
 
     #[test]
@@ -168,8 +188,26 @@ mod tests {
         assert_eq!(drawn_out(&[0.0, -6.0].map(|gain| (values(0.0, gain), 1024))), [false; 2]);
         assert_eq!(drawn_out(&[0.0, -1.0].map(|gain| (values(0.0, gain), 1024))), [false, true]);
         let mut ramps = Ramps::default();
-        assert!(ramps.follow(&values(0.0, 0.0), 1024, false, RATE_HZ).is_none());
-        assert!(ramps.follow(&values(1.0, 0.0), 1024, true, RATE_HZ).is_none(), "the transport was moved");
+        let mut moved =
+            |yaw, jumps| ramps.follow(&values(yaw, 0.0), Stretch { len: 1024, jumps, arrived: ONCE }, RATE_HZ).is_none();
+        assert!(moved(0.0, false));
+        assert!(moved(1.0, true), "the transport was moved");
+    }
+
+    #[test]
+    fn what_comes_by_itself_or_with_a_sample_of_its_own_is_a_step() {
+        let follow = |ramps: &mut Ramps<4>, yaw, len, arrived| {
+            ramps.follow(&values(yaw, 0.0), Stretch { len, jumps: false, arrived }, RATE_HZ).is_some()
+        };
+        let mut ramps = Ramps::default();
+        let still = [0.0; 4].map(|yaw| follow(&mut ramps, yaw, 512, Arrived::default()));
+        assert_eq!((still, follow(&mut ramps, 1.0, 512, ONCE)), ([false; 4], false), "by itself");
+        assert!(follow(&mut ramps, 2.0, 512, ONCE), "a line");
+        // Its samples show in the block's first stretch already.
+        let placed = Arrived { any: true, is_placed: true };
+        assert_eq!([3.0, 4.0].map(|yaw| follow(&mut ramps, yaw, 256, placed)), [false; 2]);
+        assert!(!follow(&mut ramps, 5.0, 512, ONCE), "a host that places its changes");
+        assert!(follow(&mut ramps, 6.0, 512, Arrived::default()), "the editor's, which have no samples");
     }
 
     #[test]

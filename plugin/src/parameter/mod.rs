@@ -7,6 +7,7 @@ pub mod remote;
 pub mod row;
 pub mod source_knob;
 pub(crate) mod table;
+pub mod text;
 
 use crate::parameter::choices::{Choice, Variants};
 use crate::parameter::row::{LEVEL, METRES, Row, SLOTS, SlotKind, TURN, Unit, Values, WHOLE};

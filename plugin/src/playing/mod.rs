@@ -7,7 +7,6 @@ mod head_tests;
 mod headphones_tests;
 pub mod loader;
 pub(crate) mod monitor;
-pub mod offline;
 pub mod output;
 #[cfg(feature = "standalone")]
 pub mod player;
@@ -166,7 +165,7 @@ impl Playing {
         // A rendering begins with its scene.
         let gaps = self.began || !wait;
         let hands_back = self.receive(gaps);
-        // Also for choices that were made before the host was found to render offline.
+        // Also for choices that were made before the host said that it renders offline.
         let behind = wait && !self.loader.is_up_to_date();
         let Some(task) = self.task.as_ref().filter(|_| changed || hands_back || behind) else { return };
         self.choices = Some(choices);

@@ -51,6 +51,15 @@ pub(crate) struct HostValues {
     block: Mutex<Block>,
 }
 
+/// What has arrived with a stretch of a block.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) struct Arrived {
+    /// Whether anything changes at its beginning.
+    pub(crate) any: bool,
+    /// Whether anything in its block has a sample of its own, and does not come with the first one.
+    pub(crate) is_placed: bool,
+}
+
 /// The changes of a block.
 #[derive(Default)]
 struct Block {
@@ -146,15 +155,17 @@ impl HostValues {
         try_lock(&self.block).map_or(0, |block| block.changes.len())
     }
 
-    /// Makes the changes at the beginning of the block's next stretch, which has so many samples.
+    /// Makes the changes at the beginning of the block's next stretch, which has so many samples, and says what they are.
     ///
     /// # Real-time
     /// Audio thread; no allocation, lock or I/O.
-    pub(crate) fn advance(&self, samples: usize) {
-        let Some(mut block) = try_lock(&self.block) else { return };
-        let at = block.at;
+    pub(crate) fn advance(&self, samples: usize) -> Arrived {
+        let Some(mut block) = try_lock(&self.block) else { return Arrived::default() };
+        let (at, made) = (block.at, block.made);
         block.make_until(|sample| sample as usize <= at);
         block.at += samples;
+        let is_placed = block.changes.last().is_some_and(|(sample, ..)| *sample > 0);
+        Arrived { any: block.made > made, is_placed }
     }
 
     /// Ends the block: makes what changes are left, also where none of it was played.
@@ -217,10 +228,14 @@ mod tests {
         assert_eq!([0, 1, 2, 3, 4].map(|place| values.sample(place)), [Some(0), Some(100), Some(200), Some(511), None]);
         assert_eq!(x(), begun, "nothing is made before the block is played");
         let heard = [100, 100, 311, 1].map(|samples| {
-            values.advance(samples);
+            let arrived = values.advance(samples);
+            assert!(arrived.any && arrived.is_placed, "{arrived:?}");
             x()
         });
         assert_eq!(heard, [0.75, 0.25, 0.25, 1.0]);
+        assert!(!values.advance(1).any);
+        values.begin(512, [at(0, 0.5)].into_iter());
+        assert_eq!(values.advance(512), Arrived { any: true, is_placed: false });
         values.begin(0, [at(0, 0.5)].into_iter());
         values.end();
         assert_eq!((x(), values.count()), (0.5, 0), "without samples too");

@@ -1,11 +1,12 @@
 //! The parameters as the framework holds them, which addresses them by type.
 
-use crate::library::slot_names;
 use crate::parameter::Parameter;
 use crate::parameter::choices::{
     Choice, Follow as FollowChoice, GroupChoice, LatencyChoice, SceneChoice, TierChoice, Tracking as TrackingChoice,
 };
 use crate::parameter::row::{SLOTS, Unit, Values};
+use crate::parameter::text;
+use crate::project::slots::ProjectSlots;
 use nice_plug::prelude::*;
 use std::sync::Arc;
 
@@ -40,33 +41,35 @@ macro_rules! with_param {
 }
 
 impl Hosted {
-    /// That of a row of the table, with a plain value to begin with.
-    pub(super) fn new(parameter: Parameter, default: f32) -> Self {
+    /// That of a row of the table, with a plain value to begin with, in a project with these slots.
+    pub(super) fn new(parameter: Parameter, default: f32, slots: &ProjectSlots) -> Self {
         fn choice<T: Enum + PartialEq + 'static>(name: &str, default: f32) -> EnumParam<T> {
             EnumParam::new(name, T::from_index(crate::parameter::cast::index(default)))
         }
         let row = parameter.row();
         match row.values {
             Values::Number(unit, ..) => {
+                let written = match unit {
+                    Unit::Share => formatters::v2s_f32_percentage(unit.digits()),
+                    _ => formatters::v2s_f32_rounded(unit.digits()),
+                };
                 let param = FloatParam::new(row.name, default, parameter.range()).with_unit(unit.suffix());
-                Self::Number(if unit == Unit::Share {
-                    param
-                        .with_value_to_string(formatters::v2s_f32_percentage(unit.digits()))
-                        .with_string_to_value(formatters::s2v_f32_percentage())
-                } else {
-                    param.with_value_to_string(formatters::v2s_f32_rounded(unit.digits()))
-                })
+                let read = Arc::new(move |typed: &str| text::number(row.values, typed));
+                Self::Number(param.with_value_to_string(written).with_string_to_value(read))
             }
             Values::Switch => {
                 // The framework's own takes any other text for "off".
                 let param = BoolParam::new(row.name, default > 0.5).with_string_to_value(Arc::new(switched));
                 Self::Switch(if parameter == Parameter::Bypass { param.make_bypass() } else { param })
             }
-            Values::Slot(kind) => Self::Slot(
-                IntParam::new(row.name, 0, IntRange::Linear { min: 0, max: SLOTS.into() })
-                    .with_value_to_string(Arc::new(move |slot| slot_names::text(kind, slot)))
-                    .with_string_to_value(Arc::new(move |text| slot_names::slot(kind, text))),
-            ),
+            Values::Slot(kind) => {
+                let [to_text, from_text] = [slots.clone(), slots.clone()];
+                Self::Slot(
+                    IntParam::new(row.name, 0, IntRange::Linear { min: 0, max: SLOTS.into() })
+                        .with_value_to_string(Arc::new(move |slot| to_text.text(kind, slot)))
+                        .with_string_to_value(Arc::new(move |text| from_text.slot_named(kind, text))),
+                )
+            }
             Values::Choice(Choice::Follow) => Self::Follow(choice(row.name, default)),
             Values::Choice(Choice::Tracking) => Self::Tracking(choice(row.name, default)),
             Values::Choice(Choice::Group) => Self::Group(choice(row.name, default)),

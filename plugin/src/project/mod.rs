@@ -13,6 +13,7 @@ pub mod saved_head;
 pub mod saved_headphones;
 pub mod scene_frame;
 pub mod settings;
+pub mod slots;
 pub mod source_walks;
 pub mod state;
 pub mod walk;

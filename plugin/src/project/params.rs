@@ -15,6 +15,7 @@ use crate::project::persisted::Persisted;
 use crate::project::saved_head::SavedHead;
 use crate::project::saved_headphones::SavedHeadphones;
 use crate::project::settings::EditorSettings;
+use crate::project::slots::ProjectSlots;
 use crate::project::source_walks::SavedSourceWalks;
 use crate::project::state::StateVersion;
 use crate::project::walk::SavedWalk;
@@ -34,6 +35,9 @@ pub struct PromenadeParams {
     /// The version of the saved state.
     #[persist = "version"]
     pub state_version: StateVersion,
+    /// The library's files that slots stand for.
+    #[persist = "slots"]
+    pub slots: ProjectSlots,
     /// The library scene that the project plays.
     #[persist = "scene"]
     pub scene_key: Persisted<SceneKey>,
@@ -80,8 +84,10 @@ impl PromenadeParams {
     /// Defaults; with a camera path, defaults that follow it along the transport.
     #[must_use]
     pub fn beginning_on(walk: Option<&SavedWalk>) -> Self {
+        let slots = ProjectSlots::default();
         let begun = Self {
-            all: Parameter::ALL.into_iter().map(|parameter| Hosted::new(parameter, parameter.row().default)).collect(),
+            all: Parameter::ALL.into_iter().map(|of| Hosted::new(of, of.row().default, &slots)).collect(),
+            slots,
             revision: IntParam::new("Revision", 0, IntRange::Linear { min: 0, max: REVISIONS }).hide().non_automatable(),
             state_version: StateVersion,
             scene_key: Persisted::new(SceneKey::loft()),
@@ -103,7 +109,9 @@ impl PromenadeParams {
     /// [`MOST_FURTHER`](crate::parameter::source_knob::MOST_FURTHER).
     #[must_use]
     pub fn with_further(mut self, count: usize) -> Self {
-        self.all.extend(Parameter::of_instance(count).skip(self.all.len()).map(|of| Hosted::new(of, of.row().default)));
+        self.all.extend(
+            Parameter::of_instance(count).skip(self.all.len()).map(|of| Hosted::new(of, of.row().default, &self.slots)),
+        );
         self
     }
 
@@ -114,7 +122,7 @@ impl PromenadeParams {
     }
 
     fn beginning_with(mut self, choice: Parameter, variant: impl Enum) -> Self {
-        self.all[choice.number()] = Hosted::new(choice, variant.to_index() as f32);
+        self.all[choice.number()] = Hosted::new(choice, variant.to_index() as f32, &self.slots);
         self
     }
 

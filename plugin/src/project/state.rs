@@ -1,9 +1,12 @@
 //! Saved states: their version, and how old and damaged ones are read.
 
+use crate::library::scene_key::SceneKey;
+use crate::library::slots::Slots;
 use crate::parameter::Parameter;
 use crate::parameter::cast::index;
 use crate::parameter::choices::Variants;
-use nice_plug::params::persist::{PersistentField, deserialize_field};
+use crate::project::slots::SavedSlots;
+use nice_plug::params::persist::{PersistentField, deserialize_field, serialize_field};
 use nice_plug::plugin::{ParamValue, PluginState};
 use serde_json::Value;
 use std::collections::BTreeMap;
@@ -24,6 +27,10 @@ const HEAD_FIELD: &str = "head";
 pub(crate) const SOURCE_WALKS_FIELD: &str = "walks";
 /// Key of the library scene of the project.
 const SCENE_FIELD: &str = "scene";
+/// Key of the camera path.
+const WALK_FIELD: &str = "walk";
+/// Key of the files that slots stand for.
+const SLOTS_FIELD: &str = "slots";
 /// The scene of a new instance before the loft was built in.
 const FORMER_SCENE: &str = "iosr-room-a";
 /// The version of the states that this plugin writes.
@@ -69,6 +76,21 @@ pub fn migrate(state: &mut PluginState) {
     state.fields.entry(MATCHING_FIELD.to_owned()).or_insert_with(|| "{}".to_owned());
     // States of before sources had paths have none.
     state.fields.entry(SOURCE_WALKS_FIELD.to_owned()).or_insert_with(|| "{}".to_owned());
+    // States of before slots kept their files have that of the one slot that is chosen.
+    let saved = |field: &str| state.fields.get(field).and_then(|json| deserialize_field::<Value>(json).ok());
+    if !state.fields.contains_key(SLOTS_FIELD) {
+        let in_slot = |value: Option<Value>, name: &dyn Fn(&Value) -> Option<String>| {
+            let value = value.unwrap_or_default();
+            let slot = value["slot"].as_u64().and_then(|slot| u32::try_from(slot).ok()).unwrap_or(0);
+            Slots::with(slot, &name(&value).unwrap_or_default())
+        };
+        let scenes = in_slot(saved(SCENE_FIELD), &|value| {
+            serde_json::from_value::<SceneKey>(value.clone()).ok().map(|key| key.file_name().to_owned())
+        });
+        let walks = in_slot(saved(WALK_FIELD), &|value| Some(value["name"].as_str()?.to_owned()));
+        let slots = serialize_field(&SavedSlots { scenes, walks });
+        state.fields.insert(SLOTS_FIELD.to_owned(), slots.unwrap_or_else(|_| "{}".to_owned()));
+    }
     // What was heard when the project was saved; without this field nothing would forget what has come since.
     let remote = state.fields.insert(REMOTE_FIELD.to_owned(), "{}".to_owned());
     let remote = remote.and_then(|json| deserialize_field::<BTreeMap<String, f32>>(&json).ok()).unwrap_or_default();
@@ -109,7 +131,6 @@ fn is_choice(id: &str) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::library::scene_key::SceneKey;
     use crate::parameter::choices::SceneChoice;
     use crate::playing::loader::Loader;
     use crate::playing::output::Output;
@@ -149,6 +170,7 @@ mod tests {
                     "remote",
                     "room",
                     "scene",
+                    "slots",
                     "version",
                     "walk",
                     "walks"
@@ -176,6 +198,17 @@ mod tests {
         assert_eq!(choose(Parameter::Scene, 0.0), "");
         choose(Parameter::Walk, 64.0);
         assert!(loader.exchange.walk_report.text().contains("slot 64 is empty"), "{}", loader.exchange.walk_report.text());
+    }
+
+    #[test]
+    fn a_state_of_before_slots_kept_their_files_has_those_that_it_plays() {
+        let fields =
+            [("scene", r#"{"slot": 20, "absolute": "/x/020.promenade"}"#), ("walk", r#"{"slot": 3, "name": "round"}"#)];
+        let fields = fields.map(|(name, json)| (name.to_owned(), json.to_owned())).into();
+        let mut state = PluginState { version: String::new(), params: [].into(), fields };
+        migrate(&mut state);
+        let slots: SavedSlots = deserialize_field(&state.fields["slots"]).unwrap();
+        assert_eq!((slots.scenes.name(20), slots.walks.name(3)), (Some("020.promenade"), Some("round")));
     }
 
     #[test]

@@ -120,8 +120,10 @@ pub struct HostSide {
     calls: OnceLock<HostCalls>,
     /// Loads what is chosen for a sample rate, Hz, and finds its latency and tail, samples.
     prepare: OnceLock<Prepare>,
-    /// Whether the host has said, for the next activation, that it renders offline.
+    /// Whether the host has said that it renders offline.
     offline: AtomicBool,
+    /// Bits of the scale of the host's windows; 0 where it has named none.
+    scale: AtomicU32,
     /// Whether it has started since the last activation, and whether it is starting again now.
     started: AtomicBool,
     resuming: AtomicBool,
@@ -226,14 +228,31 @@ impl HostSide {
         let _first = self.prepare.set(Box::new(prepare));
     }
 
-    /// The host says how it renders from the next activation on. The VST3 wrapper hands on the mode of the time before.
+    /// The host says how it renders from now on.
+    ///
+    /// # Real-time
+    /// Any thread; no allocation, lock or I/O.
     pub(crate) fn announce(&self, offline: bool) {
         self.offline.store(offline, Ordering::Release);
     }
 
-    /// Whether the host has said that it renders offline.
+    /// Whether the host renders offline, as it has said last.
+    ///
+    /// # Real-time
+    /// Any thread; no allocation, lock or I/O.
     pub(crate) fn is_offline(&self) -> bool {
         self.offline.load(Ordering::Acquire)
+    }
+
+    /// Takes over the scale of the host's windows, pixels per point.
+    pub(crate) fn set_scale(&self, scale: f32) {
+        self.scale.store(scale.to_bits(), Ordering::Release);
+    }
+
+    /// The scale of the host's windows, where it has named one before there is a window.
+    pub(crate) fn scale(&self) -> Option<f64> {
+        let scale = f32::from_bits(self.scale.load(Ordering::Acquire));
+        (scale > 0.0).then(|| f64::from(scale))
     }
 
     /// Finds latency and tail at the sample rate of the next activation, Hz: hosts may ask before it. Main thread; loads files.

@@ -1,6 +1,6 @@
 #![expect(unsafe_code, reason = "CLAP's interfaces are tables of functions")]
 
-use super::{BLOCK, Bare, Change, RATE};
+use super::{BLOCK, Bare, Change, Plugin, RATE};
 use crate::bundle;
 use clap_sys::audio_buffer::clap_audio_buffer;
 use clap_sys::entry::clap_plugin_entry;
@@ -29,6 +29,7 @@ pub struct BareClap {
     /// Outlives the plugin.
     host: Box<clap_host>,
     told: Box<AtomicUsize>,
+    of: Plugin,
 }
 
 // SAFETY: a host without manners calls an instance on any thread, one at a time.
@@ -158,7 +159,7 @@ fn factory() -> &'static clap_plugin_factory {
 }
 
 impl Bare for BareClap {
-    fn make() -> Self {
+    fn make(of: Plugin) -> Self {
         let told = Box::new(AtomicUsize::new(0));
         let host = Box::new(clap_host {
             clap_version: CLAP_VERSION,
@@ -176,9 +177,13 @@ impl Bare for BareClap {
         // SAFETY: the host outlives the plugin.
         unsafe {
             let create = factory.create_plugin.expect("a function");
-            let plugin = create(factory, &raw const *host, c"audio.promenade.promenade".as_ptr());
+            let id = match of {
+                Plugin::One => c"audio.promenade.promenade",
+                Plugin::Many => c"audio.promenade.promenade-many",
+            };
+            let plugin = create(factory, &raw const *host, id.as_ptr());
             assert!(!plugin.is_null() && (*plugin).init.expect("a function")(plugin));
-            Self { plugin, host, told }
+            Self { plugin, host, told, of }
         }
     }
 
@@ -207,27 +212,28 @@ impl Bare for BareClap {
     }
 
     fn block(&mut self, input: &[f32], changes: &[Change]) -> [Vec<f32>; 2] {
-        let (mut left, mut right) = (input.to_vec(), input.to_vec());
+        let (fed, of_each) = self.of.channels();
+        let mut copies = vec![input.to_vec(); fed];
         let mut out = [vec![0.0; input.len()], vec![0.0; input.len()]];
-        let mut ins = [left.as_mut_ptr(), right.as_mut_ptr()];
+        let mut ins = copies.iter_mut().map(Vec::as_mut_ptr).collect::<Vec<_>>();
         let mut outs = out.each_mut().map(Vec::as_mut_ptr);
-        let port = |channels: &mut [*mut f32; 2]| clap_audio_buffer {
+        let port = |channels: &mut [*mut f32]| clap_audio_buffer {
             data32: channels.as_mut_ptr(),
             data64: null_mut(),
-            channel_count: 2,
+            channel_count: u32::try_from(channels.len()).unwrap_or(0),
             latency: 0,
             constant_mask: 0,
         };
-        let (inputs, mut outputs) = (port(&mut ins), port(&mut outs));
+        let (inputs, mut outputs) = (ins.chunks_mut(of_each).map(port).collect::<Vec<_>>(), port(&mut outs));
         let events = self.events(changes);
         let events = list(&events);
         let block = clap_process {
             steady_time: -1,
             frames_count: u32::try_from(input.len()).unwrap_or(0),
             transport: null(),
-            audio_inputs: &raw const inputs,
+            audio_inputs: inputs.as_ptr(),
             audio_outputs: &raw mut outputs,
-            audio_inputs_count: 1,
+            audio_inputs_count: u32::try_from(inputs.len()).unwrap_or(0),
             audio_outputs_count: 1,
             in_events: &raw const events,
             out_events: &raw const OUT,

@@ -18,10 +18,29 @@ pub const RATE: f64 = 48_000.0;
 /// Samples of each block.
 pub const BLOCK: usize = 512;
 
-/// One instance of the plugin of one source. Nothing is done when it is dropped but that its references are given back.
+/// Which plugin an instance is of.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Plugin {
+    /// Promenade, with a stereo input.
+    One,
+    /// Promenade Many; its first three inputs are fed.
+    Many,
+}
+
+impl Plugin {
+    /// Channels that are fed, and those of each input.
+    fn channels(self) -> (usize, usize) {
+        match self {
+            Self::One => (2, 2),
+            Self::Many => (3, 1),
+        }
+    }
+}
+
+/// One instance. Nothing is done when it is dropped but that its references are given back.
 pub trait Bare: Send + Sized {
     /// Makes one.
-    fn make() -> Self;
+    fn make(plugin: Plugin) -> Self;
 
     /// Tells the rate and activates it, or activates it again.
     fn activate(&mut self);
@@ -32,7 +51,7 @@ pub trait Bare: Send + Sized {
     /// Says that blocks come, or come no more.
     fn play(&mut self, plays: bool);
 
-    /// Plays a block into left and right.
+    /// Plays a block, the same on each channel that is fed, into left and right.
     fn block(&mut self, input: &[f32], changes: &[Change]) -> [Vec<f32>; 2];
 
     /// Sets a value beside any block: on the controller, or by a flush.

@@ -1,6 +1,6 @@
 #![expect(unsafe_code, reason = "VST3's interfaces are C++ objects")]
 
-use super::{BLOCK, Bare, Change, RATE};
+use super::{BLOCK, Bare, Change, Plugin, RATE};
 use crate::bundle;
 use libloading::Library;
 use std::cell::Cell;
@@ -13,7 +13,7 @@ use vst3::Steinberg::Linux::{IEventHandler, IRunLoop, IRunLoopTrait, ITimerHandl
 use vst3::Steinberg::Vst::{
     AudioBusBuffers, AudioBusBuffers__type0, IAudioProcessor, IAudioProcessorTrait, IComponent, IComponentHandler,
     IComponentHandlerTrait, IComponentTrait, IEditController, IEditControllerTrait, IParamValueQueue, IParamValueQueueTrait,
-    IParameterChanges, IParameterChangesTrait, ParameterInfo, ProcessData, ProcessSetup,
+    IParameterChanges, IParameterChangesTrait, ParameterInfo, ProcessData, ProcessModes_, ProcessSetup,
 };
 use vst3::Steinberg::{
     IBStream, IBStreamTrait, IPlugFrame, IPlugFrameTrait, IPlugView, IPlugViewTrait, IPluginFactory, IPluginFactoryTrait, TUID,
@@ -41,6 +41,11 @@ pub struct BareVst3 {
     controller: Option<ComPtr<IEditController>>,
     view: Option<ComPtr<IPlugView>>,
     told: Arc<AtomicUsize>,
+    of: Plugin,
+    /// Whether the setup says that it renders offline.
+    pub setup_is_offline: bool,
+    /// Whether each block says so.
+    pub blocks_are_offline: bool,
 }
 
 // SAFETY: a host without manners calls an instance on any thread, one at a time.
@@ -118,9 +123,13 @@ impl BareVst3 {
 }
 
 impl Bare for BareVst3 {
-    fn make() -> Self {
+    fn make(of: Plugin) -> Self {
         let factory = factory();
-        let class: TUID = b"PromenadeSpatial".map(u8::cast_signed);
+        let class = match of {
+            Plugin::One => b"PromenadeSpatial",
+            Plugin::Many => b"PromenadeSp.Many",
+        };
+        let class: TUID = class.map(u8::cast_signed);
         let mut object: *mut c_void = null_mut();
         let told = Arc::new(AtomicUsize::new(0));
         let handler = ComWrapper::new(Handler(Arc::clone(&told))).to_com_ptr::<IComponentHandler>().expect("a handler");
@@ -131,13 +140,27 @@ impl Bare for BareVst3 {
             let controller = component.cast::<IEditController>().expect("the component is the controller");
             controller.setComponentHandler(handler.as_ptr());
             let processor = component.cast::<IAudioProcessor>();
-            Self { component: Some(component), processor, controller: Some(controller), view: None, told }
+            Self {
+                component: Some(component),
+                processor,
+                controller: Some(controller),
+                view: None,
+                told,
+                of,
+                setup_is_offline: false,
+                blocks_are_offline: false,
+            }
         }
     }
 
     fn activate(&mut self) {
         let most = i32::try_from(BLOCK).unwrap_or(0);
-        let mut setup = ProcessSetup { processMode: 0, symbolicSampleSize: 0, maxSamplesPerBlock: most, sampleRate: RATE };
+        let mut setup = ProcessSetup {
+            processMode: mode(self.setup_is_offline),
+            symbolicSampleSize: 0,
+            maxSamplesPerBlock: most,
+            sampleRate: RATE,
+        };
         // SAFETY: the plugin is there.
         unsafe {
             assert_eq!(self.processor().setupProcessing(&raw mut setup), kResultOk);
@@ -156,16 +179,17 @@ impl Bare for BareVst3 {
     }
 
     fn block(&mut self, input: &[f32], changes: &[Change]) -> [Vec<f32>; 2] {
-        let (mut left, mut right) = (input.to_vec(), input.to_vec());
+        let (fed, of_each) = self.of.channels();
+        let mut copies = vec![input.to_vec(); fed];
         let mut out = [vec![0.0; input.len()], vec![0.0; input.len()]];
-        let mut ins = [left.as_mut_ptr(), right.as_mut_ptr()];
+        let mut ins = copies.iter_mut().map(Vec::as_mut_ptr).collect::<Vec<_>>();
         let mut outs = out.each_mut().map(Vec::as_mut_ptr);
-        let bus = |channels: &mut [*mut f32; 2]| AudioBusBuffers {
-            numChannels: 2,
+        let bus = |channels: &mut [*mut f32]| AudioBusBuffers {
+            numChannels: i32::try_from(channels.len()).unwrap_or(0),
             silenceFlags: 0,
             __field0: AudioBusBuffers__type0 { channelBuffers32: channels.as_mut_ptr() },
         };
-        let (mut inputs, mut outputs) = (bus(&mut ins), bus(&mut outs));
+        let (mut inputs, mut outputs) = (ins.chunks_mut(of_each).map(bus).collect::<Vec<_>>(), bus(&mut outs));
         let mut ids = changes.iter().map(|(id, ..)| *id).collect::<Vec<_>>();
         ids.sort_unstable();
         ids.dedup();
@@ -176,12 +200,12 @@ impl Bare for BareVst3 {
         let queues = ComWrapper::new(Queues(ids.into_iter().map(queue).collect()));
         let list = queues.as_com_ref::<IParameterChanges>().expect("a list");
         let mut data = ProcessData {
-            processMode: 0,
+            processMode: mode(self.blocks_are_offline),
             symbolicSampleSize: 0,
             numSamples: i32::try_from(input.len()).unwrap_or(0),
-            numInputs: 1,
+            numInputs: i32::try_from(inputs.len()).unwrap_or(0),
             numOutputs: 1,
-            inputs: &raw mut inputs,
+            inputs: inputs.as_mut_ptr(),
             outputs: &raw mut outputs,
             inputParameterChanges: list.as_ptr(),
             outputParameterChanges: null_mut(),
@@ -232,6 +256,11 @@ impl Bare for BareVst3 {
     fn told(&self) -> usize {
         self.told.load(Ordering::Acquire)
     }
+}
+
+/// The format's number for how a host renders.
+fn mode(is_offline: bool) -> i32 {
+    (if is_offline { ProcessModes_::kOffline } else { ProcessModes_::kRealtime }).cast_signed()
 }
 
 /// Counts what the plugin asks for.

@@ -103,6 +103,13 @@ impl Editor for ClapPlugin {
         done.map(|()| accepted.into()).map_err(|e| self.failed("resize its editor", e))
     }
 
+    fn rescale(&mut self, scale: f64) -> Result<EditorSize, Fault> {
+        let gui = self.open_gui()?;
+        // Who declines has its own idea of the scale.
+        let _ = gui.set_scale(&self.instance.plugin_handle(), scale);
+        self.size()
+    }
+
     fn take_resize_request(&mut self) -> Option<EditorSize> {
         self.requests.take_resize().map(EditorSize::from)
     }

@@ -14,6 +14,13 @@ fn size_of((width, height): (i32, i32)) -> EditorSize {
 }
 
 impl Vst3Plugin {
+    fn name_scale(&mut self, scale: f64) -> Result<(), Fault> {
+        #[expect(clippy::cast_possible_truncation, reason = "a factor near 1")]
+        let scale = scale as f32;
+        // Who declines has its own idea of the scale.
+        self.plugin.set_editor_scale_factor(scale).map(drop).map_err(|e| self.failed("scale its editor", e))
+    }
+
     #[cfg(target_os = "linux")]
     fn attach(&mut self, window: u32) -> Result<(), Fault> {
         let opened = self.plugin.open_editor(vst3_host::WindowHandle::from_x11(window));
@@ -28,10 +35,8 @@ impl Vst3Plugin {
 
 impl Editor for Vst3Plugin {
     fn open_by(&mut self, Opening { window, scale, pause, .. }: Opening<'_>) -> Result<EditorSize, Fault> {
-        #[expect(clippy::cast_possible_truncation, reason = "a factor near 1")]
-        let scale = scale as f32;
-        // Who declines has its own idea of the scale; before it is open, it is only remembered.
-        self.plugin.set_editor_scale_factor(scale).map_err(|e| self.failed("open its editor", e))?;
+        // Before it is open, it is only remembered.
+        self.name_scale(scale)?;
         pause();
         self.attach(window)?;
         pause();
@@ -58,6 +63,11 @@ impl Editor for Vst3Plugin {
         let pixels = |count: u32| i32::try_from(count).unwrap_or(i32::MAX);
         let resized = self.plugin.resize_editor(pixels(size.width), pixels(size.height));
         resized.map(size_of).map_err(|e| self.failed("resize its editor", e))
+    }
+
+    fn rescale(&mut self, scale: f64) -> Result<EditorSize, Fault> {
+        self.name_scale(scale)?;
+        self.size()
     }
 
     fn take_resize_request(&mut self) -> Option<EditorSize> {

@@ -1,11 +1,9 @@
 //! A line of the list of scenes, and what is known of its scene.
 
-use super::Pick;
 use crate::editor::theme::{Palette, ROUND, faded};
 use crate::editor::widgets::{focus_ring, note};
 use crate::editor::words::Word;
 use crate::library::lister::Listed;
-use crate::parameter::row::SLOTS;
 use egui::{CornerRadius, RichText, Sense, Ui, WidgetInfo, vec2};
 use promenade_core::{SceneCard, Tier};
 
@@ -59,13 +57,11 @@ pub(super) fn room_line(ui: &mut Ui, palette: &Palette, word: Word, below: &str,
 }
 
 /// A line of the list; returns whether it was clicked.
-pub(super) fn line(ui: &mut Ui, palette: &Palette, pick: Pick, listed: &Listed, on: bool) -> bool {
+pub(super) fn line(ui: &mut Ui, palette: &Palette, listed: &Listed, on: bool) -> bool {
     let (rect, response) = plate(ui, palette, on);
-    let beyond = matches!(pick, Pick::Slot(slot) if slot > usize::from(SLOTS));
     let (below, colour) = match &listed.card {
         None => ("reading".to_owned(), palette.soft),
         Some(Err(_)) => ("cannot be read".to_owned(), palette.error),
-        Some(Ok(_)) if beyond => (format!("beyond slot {SLOTS}"), palette.warn),
         Some(Ok(card)) => (line_of(card, listed.bytes), palette.soft),
     };
     let inside = rect.shrink2(vec2(10.0, 0.0));
@@ -80,8 +76,8 @@ pub(super) fn line(ui: &mut Ui, palette: &Palette, pick: Pick, listed: &Listed, 
         }
     }
     focus_ring(ui, palette, &response, rect.shrink(1.0), ROUND);
-    response.widget_info(|| WidgetInfo::selected(egui::Role::RadioButton, !beyond, on, listed.title()));
-    response.on_hover_ui(|ui| tooltip(ui, palette, listed)).clicked() && !on && !beyond
+    response.widget_info(|| WidgetInfo::selected(egui::Role::RadioButton, true, on, listed.title()));
+    response.on_hover_ui(|ui| tooltip(ui, palette, listed)).clicked() && !on
 }
 
 /// What a line says of a scene. What knows no treble says so first, since lines are cut.

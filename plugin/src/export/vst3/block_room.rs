@@ -13,12 +13,14 @@ pub(super) struct BlockRoom {
     pub(super) aside: Option<Aside>,
     /// Whether hosts have said how blocks are: before, the framework ends them for a block.
     pub(super) is_set_up: bool,
+    /// Whether the last block since then was offline by its own mode.
+    pub(super) was_offline: bool,
 }
 
 impl BlockRoom {
     /// Of an instance with so many further sources, which shows this of its host.
     pub(super) fn new(side: &Arc<HostSide>, further: usize) -> Option<Self> {
         let aside = (further > 0).then(|| Aside::new(1 + further));
-        Some(Self { places: Places::of(side)?, aside, is_set_up: false })
+        Some(Self { places: Places::of(side)?, aside, is_set_up: false, was_offline: false })
     }
 }

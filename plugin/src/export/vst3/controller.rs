@@ -5,6 +5,7 @@
 
 use super::hosted::{Hosted, table};
 use super::stream::Written;
+use super::view::create_view;
 use crate::export::guard::guard;
 use crate::parameter::cast::narrow;
 use crate::project::host_values::Change;
@@ -23,6 +24,7 @@ pub(super) fn amend_component(ours: &mut IComponentVtbl) {
 /// Puts our functions into a controller's table.
 pub(super) fn amend_controller(ours: &mut IEditControllerVtbl) {
     (ours.getParamNormalized, ours.setParamNormalized) = (get_param_normalized, set_param_normalized);
+    ours.createView = create_view;
 }
 
 #[expect(unsafe_code, reason = "the signature is VST3's")]

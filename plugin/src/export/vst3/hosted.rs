@@ -30,7 +30,7 @@ pub(super) struct Hosted {
     /// References of the host.
     references: AtomicU32,
     /// Which of [`KINDS`](crate::export::kind::KINDS) it is.
-    kind: usize,
+    pub(super) kind: usize,
     /// What it shows of its host.
     pub(super) side: Arc<HostSide>,
     /// The arrangement of the main output that the host has asked for, and got.

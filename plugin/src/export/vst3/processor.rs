@@ -45,7 +45,12 @@ unsafe extern "system" fn process(this: *mut IAudioProcessor, data: *mut Process
         let Some(block) = (unsafe { data.as_ref() }) else { return kInvalidArgument };
         // No block is played beside another one, whatever the host does.
         let Some(mut room) = try_lock(&hosted.block).filter(|room| room.is_set_up) else { return kResultFalse };
-        let BlockRoom { places, aside, .. } = &mut *room;
+        let BlockRoom { places, aside, was_offline, .. } = &mut *room;
+        // Hosts say it with the setup, with each block, or with both, and change it in the one or the other.
+        let is_offline = is_offline(block.processMode);
+        if std::mem::replace(was_offline, is_offline) != is_offline {
+            hosted.side.announce(is_offline);
+        }
         let values = &hosted.side.values;
         hosted.controller.begin_block();
         // SAFETY: the host's lists live through the call.
@@ -66,6 +71,11 @@ unsafe extern "system" fn process(this: *mut IAudioProcessor, data: *mut Process
         hosted.controller.end_block();
         result
     })
+}
+
+/// Whether a mode of processing is that of a bounce.
+fn is_offline(mode: i32) -> bool {
+    mode == ProcessModes_::kOffline.cast_signed()
 }
 
 /// The changes of a block: sample, number and value.
@@ -124,10 +134,10 @@ unsafe extern "system" fn setup_processing(this: *mut IAudioProcessor, setup: *m
     let Some(setup) = unsafe { setup.as_ref() }.filter(|_| result == kResultOk) else { return result };
     guard(kResultFalse, || {
         let hosted = table.hosted();
-        hosted.side.announce(setup.processMode == ProcessModes_::kOffline.cast_signed());
+        hosted.side.announce(is_offline(setup.processMode));
         hosted.side.prepare(setup.sampleRate);
         let mut room = lock(&hosted.block);
-        room.is_set_up = true;
+        (room.is_set_up, room.was_offline) = (true, false);
         if let Some(aside) = &mut room.aside {
             aside.resize(setup.maxSamplesPerBlock);
         }

@@ -7,6 +7,7 @@ use crate::library::scene_key::SceneKey;
 use crate::library::{self, LoadError, LoadedScene, cache, level};
 use crate::parameter::cast::{index, narrow};
 use crate::parameter::choices::{LatencyChoice, SceneChoice};
+use crate::parameter::row::SlotKind;
 use crate::playing::output::{Output, Pairs};
 use crate::playing::shared_worker::SharedWorker;
 use crate::playing::start_pose;
@@ -242,7 +243,7 @@ impl Loader {
             let scene = self.drawn(room, &request.head)?;
             return Ok(Found { scene, note: String::new(), key: saved.clone(), level_cb: None });
         }
-        let mut found = find_scene(request)?;
+        let mut found = self.find_scene(request)?;
         let level_cb = if request.scene == SceneChoice::Library {
             let known = found.key.level_cb;
             found.key.level_cb = known.or_else(|| level::level_of(&found.scene, &found.hash));
@@ -252,14 +253,14 @@ impl Loader {
         };
         Ok(Found { scene: self.heard(&found, &request.head), note: found.note, key: found.key, level_cb })
     }
-}
 
-fn find_scene(SceneRequest { scene, slot, saved, .. }: &SceneRequest) -> Result<LoadedScene, LoadError> {
-    match scene {
-        SceneChoice::RoomA => factory_scene(factory::ROOM_A, saved),
-        SceneChoice::RoomB => factory_scene(factory::ROOM_B, saved),
-        SceneChoice::Library if *slot == 0 || *slot == saved.slot => Ok(library::scene_of(&library::folders(), saved)?),
-        SceneChoice::Library => Ok(library::scene_in_slot(&library::folders(), *slot)?),
+    fn find_scene(&self, SceneRequest { scene, slot, saved, .. }: &SceneRequest) -> Result<LoadedScene, LoadError> {
+        match scene {
+            SceneChoice::RoomA => factory_scene(factory::ROOM_A, saved),
+            SceneChoice::RoomB => factory_scene(factory::ROOM_B, saved),
+            SceneChoice::Library if *slot == 0 || *slot == saved.slot => library::scene_of(&library::folders(), saved),
+            SceneChoice::Library => library::scene_in_slot(&self.params.slots.file(SlotKind::Scene, *slot)?, *slot),
+        }
     }
 }
 

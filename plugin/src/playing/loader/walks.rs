@@ -1,9 +1,10 @@
 //! Camera path and paths of sources: the project's own, or a file of the library.
 
 use super::{Loader, chooses_a_file};
-use crate::library::{self, LoadError};
+use crate::library::LoadError;
 use crate::parameter::Parameter;
 use crate::parameter::choices::Follow;
+use crate::parameter::row::SlotKind;
 use crate::project::walk::SavedWalk;
 use crate::worker::lock::lock;
 use nice_plug::prelude::Enum;
@@ -20,7 +21,7 @@ impl Loader {
             if last.as_ref() == Some(&request) {
                 return;
             }
-            let result = find_walk(request.0, &request.1);
+            let result = self.find_walk(request.0, &request.1);
             let chosen = chooses_a_file(&result);
             let (walk, report, file) = match result.and_then(|file| Ok((file.to_walk()?, file))) {
                 Ok((walk, file)) => (walk.map(Arc::new), String::new(), file),
@@ -62,12 +63,12 @@ impl Loader {
         self.repaint.request_repaint();
         *last = Some(saved);
     }
-}
 
-fn find_walk(slot: u32, saved: &SavedWalk) -> Result<SavedWalk, LoadError> {
-    if slot == 0 || slot == saved.slot {
-        return Ok(saved.clone());
+    fn find_walk(&self, slot: u32, saved: &SavedWalk) -> Result<SavedWalk, LoadError> {
+        if slot == 0 || slot == saved.slot {
+            return Ok(saved.clone());
+        }
+        let path = self.params.slots.file(SlotKind::Walk, slot)?;
+        Ok(SavedWalk { slot, ..SavedWalk::from_file(&path)?.0 })
     }
-    let path = library::file_in_slot(&library::folders(), library::WALKS, slot)?;
-    Ok(SavedWalk { slot, ..SavedWalk::from_file(&path)?.0 })
 }
