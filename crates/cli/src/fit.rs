@@ -1,6 +1,5 @@
 //! `promenade fit`: what measurements tell of a room, and how well it predicts others.
 
-mod echoes;
 mod evaluate;
 mod fitter;
 mod patches;
@@ -29,9 +28,6 @@ pub(crate) fn run(args: &FitArgs) -> Result<()> {
         write::check_ending(output)?;
     }
     let patches = Patches::of(args)?;
-    if echoes::has(path) {
-        return echoes::run(args, path);
-    }
     let set = Measurements::load(path, &args.set.options())?;
     report::notes(&set.notes);
     let fitter = Fitter { args, patches };

@@ -113,32 +113,6 @@ fn a_full_fit_writes_its_room_and_goes_on_where_it_was_stopped() {
 }
 
 #[test]
-fn walls_of_a_box_are_found_from_picked_echoes() {
-    let folder = tempfile::tempdir().unwrap();
-    let mut places = "src_id,src_pos_x,src_pos_y,src_pos_z,mic_id,mic_pos_x,mic_pos_y,mic_pos_z\n".to_owned();
-    let mut picked = "mic,src,direct,ceiling,floor,west,south,east,north\n".to_owned();
-    let far = |a: [f64; 3], b: [f64; 3]| a.iter().zip(b).map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt() / 343.0;
-    for (m, at) in AT.iter().enumerate() {
-        places += &format!("1,{},{},{},{},{},{},{}\n", SOURCE[0], SOURCE[1], SOURCE[2], m + 1, at[0], at[1], at[2]);
-        picked += &format!("{m},0,{}", far(SOURCE, *at));
-        // In another order than the walls'.
-        for wall in [2, 0, 5, 4, 1, 3] {
-            let mut image = SOURCE;
-            image[wall / 2] = if wall % 2 == 0 { -image[wall / 2] } else { 2.0 * SIZE[wall / 2] - image[wall / 2] };
-            picked += &format!(",{}", far(image, *at));
-        }
-        picked += "\n";
-    }
-    fs::write(folder.path().join("dEchorate_database.csv"), places).unwrap();
-    fs::write(folder.path().join("echo_pickpeaking.csv"), picked).unwrap();
-    let (set, room) = (folder.path().to_str().unwrap().to_owned(), folder.path().join("room.obj"));
-    let (table, said) = succeeds(&["fit", &set, "-o", room.to_str().unwrap()]);
-    assert!(said.contains("a box of 4.600 x 3.700 x 2.600 m by 5 pairs") && room.exists(), "{said}");
-    assert!(table.lines().any(|l| l.starts_with("ceiling") && l.trim_end().ends_with('3')), "{table}");
-    all_fail(&[(vec!["fit", "4.6,3.7,2.6", &set, "--evaluate"], "found times of echoes")]);
-}
-
-#[test]
 fn measurements_that_cannot_be_right_are_refused_or_named() {
     let folder = tempfile::tempdir().unwrap();
     let place = |name: &str| folder.path().join(name);

@@ -28,8 +28,7 @@ pub use fits::{
 };
 pub use late::{Histories, Surface};
 pub use measurements::{
-    Clock, Convention, Echoes, Errors, Figures, LEAST_RESPONSES, LoadOptions, Measurement, Measurements, Place,
-    dechorate_echoes,
+    Clock, Convention, Errors, Figures, LEAST_RESPONSES, LoadOptions, Measurement, Measurements, Place,
 };
 pub use numerics::Random;
 pub use prediction::{
@@ -40,4 +39,4 @@ pub use report::{
     Curve, FittedRoom, MaterialsBeside, PictureNames, absorption_svg, box_obj, decays_svg, full_mesh, plan_svg, table,
 };
 pub use room::{BoxPath, FlatRoom, FlatWall, Form, MOST_PATCHES, Patch, Path, Sequences, Voxels, WALLS, Walls};
-pub use search::{EchoBox, EchoWall, Scanned, Searched, echo_box, search_box};
+pub use search::{Scanned, Searched, search_box};

@@ -1,4 +1,4 @@
-//! Measured rooms: one fitted at some places and judged at others, and changed; the walls of another from its echoes.
+//! Measured rooms: one fitted at some places and judged at others, and changed.
 
 use promenade_fit::{LoadOptions, Measurements};
 use promenade_testing::shared;
@@ -92,7 +92,6 @@ mod figures {
 mod needs_shared {
     use super::load;
     use promenade_fit::{Convention, Split, Walls, all_figures, baselines, fit_row, quick_fit};
-    use promenade_testing::shared;
 
     #[test]
     #[ignore = "needs ../shared"]
@@ -109,23 +108,5 @@ mod needs_shared {
         assert!(regression.c50_db < 0.6 && regression.t60_percent < 5.0, "{regression:?}");
         assert!(fit.loudness_db < 0.8 && fit.c50_db < 0.9 && fit.t60_percent < 4.5, "{fit:?}");
         assert!(fit.early_db < nearest.early_db && fit.early_db < mean.early_db + 0.1, "{fit:?} {mean:?}");
-    }
-
-    #[test]
-    #[ignore = "needs ../shared"]
-    fn the_walls_of_a_measured_room_are_found_from_its_echoes() {
-        let all = promenade_fit::dechorate_echoes(&shared("data/dechorate")).unwrap();
-        let found = promenade_fit::echo_box(&all).unwrap();
-        println!("{found:#?} {:.3?}", found.walls().size_m());
-        // Each half of the pairs finds the same walls.
-        for (half, keep) in [("first", 0), ("second", 1)] {
-            let own: Vec<promenade_fit::Echoes> =
-                all.iter().enumerate().filter(|(i, _)| (i / 8) % 2 == keep).map(|(_, e)| e.clone()).collect();
-            let other = promenade_fit::echo_box(&own).unwrap();
-            for (a, b) in found.walls.iter().zip(&other.walls) {
-                println!("{half}: {:.3} {:.3}", a.at_m, b.at_m);
-                assert!((a.at_m - b.at_m).abs() < 0.02, "{a:?} {b:?}");
-            }
-        }
     }
 }

@@ -1,7 +1,7 @@
 //! What a newcomer hears first: the first command of the README, run as it stands.
 
 use super::common::succeeds;
-use promenade_audio::{sound, wav};
+use promenade_audio::sound;
 use promenade_core::Scene;
 use promenade_fourier::spectrum;
 use promenade_testing::signal::rms;

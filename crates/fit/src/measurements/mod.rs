@@ -8,7 +8,6 @@
 
 mod check;
 mod convention;
-mod dechorate;
 mod figures;
 mod folder;
 mod heads;
@@ -20,7 +19,6 @@ mod set;
 mod sofa;
 
 pub use convention::Convention;
-pub use dechorate::{Echoes, dechorate_echoes};
 pub use figures::{Errors, Figures};
 pub(crate) use set::distance;
 pub use set::{Clock, LEAST_RESPONSES, LoadOptions, Measurement, Measurements, Place};

@@ -198,8 +198,7 @@ mod tests {
         assert_eq!(options.files, ["a", "b", "c"].map(PathBuf::from));
         assert_eq!(options.sources, [(Place::Point(Vec3::NEG_X), "d".into())]);
         assert!((options.trim.late - 1e-6).abs() < 1e-9 && options.trim.direct == 1.0);
-        let names: Vec<_> = options.inputs().map(|path| path.to_str().unwrap()).collect();
-        assert_eq!(names, ["a", "b", "p", "d"]);
+        assert_eq!(options.path, Some("p".into()));
         assert_eq!(parsed("a b c --wet-solo --direct 3").unwrap().unwrap().trim.direct, 0.0);
         let options = parsed("a b c --order 1 --format ambix").unwrap().unwrap();
         assert_eq!((options.ambix, options.order), (true, Some(1)));
