@@ -40,7 +40,8 @@ impl Draft {
         Self::replacing(target)
     }
 
-    fn replacing(target: &Path) -> Result<(Self, File), FileError> {
+    /// That of a file which may have been read, as a state or a folder that goes on.
+    pub(crate) fn replacing(target: &Path) -> Result<(Self, File), FileError> {
         static COUNT: AtomicU32 = AtomicU32::new(0);
         let target = &linked(target)?;
         // A rename would replace a device, such as the null device.

@@ -60,6 +60,16 @@ impl WavWriter {
     /// # Errors
     /// No channel, a name with another ending than `.wav`, a rate outside [`crate::sound::SAMPLE_RATES_HZ`], or a place that cannot be written to.
     pub fn create(path: &Path, sample_rate_hz: u32, channels: u16, format: Format) -> Result<Self, FileError> {
+        Self::begin(path, sample_rate_hz, channels, format, Draft::create)
+    }
+
+    fn begin(
+        path: &Path,
+        sample_rate_hz: u32,
+        channels: u16,
+        format: Format,
+        draft: impl Fn(&Path) -> Result<(Draft, File), FileError>,
+    ) -> Result<Self, FileError> {
         if channels == 0 {
             return Err(FileError::content(path, "at least one channel", "none"));
         }
@@ -68,7 +78,7 @@ impl WavWriter {
             return Err(FileError::content(path, "a name that ends in .wav, the format that is written", found));
         }
         check_rate(path, sample_rate_hz)?;
-        let (draft, file) = Draft::create(path)?;
+        let (draft, file) = draft(path)?;
         let sample_format = if format == Format::Float32 { SampleFormat::Float } else { SampleFormat::Int };
         let spec = WavSpec { channels, sample_rate: sample_rate_hz, bits_per_sample: format.bits(), sample_format };
         let inner = hound::WavWriter::new(BufWriter::new(file), spec).map_err(|e| failed(&draft, e))?;
@@ -134,14 +144,14 @@ fn failed(draft: &Draft, error: hound::Error) -> FileError {
     FileError::write(draft.target())(source)
 }
 
-/// Writes a whole WAV file; `channels` are slices of the same length.
+/// Writes a whole WAV file, also over one that was read, as of a folder that goes on; `channels` are slices of the same length.
 ///
 /// # Errors
 /// A target that cannot be written, more channels or samples than a WAV file holds, a sample that is not finite.
 pub fn write(path: &Path, sample_rate_hz: u32, channels: &[&[f32]], format: Format) -> Result<Written, FileError> {
     let count = u16::try_from(channels.len())
         .map_err(|_| FileError::content(path, "at most 65535 channels", format!("{}", channels.len())))?;
-    let mut writer = WavWriter::create(path, sample_rate_hz, count, format)?;
+    let mut writer = WavWriter::begin(path, sample_rate_hz, count, format, Draft::replacing)?;
     writer.write(channels)?;
     writer.finish()
 }

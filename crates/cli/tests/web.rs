@@ -106,9 +106,9 @@ fn a_served_page_is_for_this_machine_alone() {
         ("GET", "/%2e%2e/Cargo.toml", "localhost"),
         ("GET", "/nothing", "localhost"),
         ("POST", "/", "localhost"),
-        ("GET", "/", "example.org"),
     ] {
         let answer = ask(method, path, host);
         assert!(answer.starts_with("HTTP/1.1 404") && !answer.contains("root:"), "{method} {path} {host}: {answer}");
     }
+    assert!(ask("GET", "/", "example.org").starts_with("HTTP/1.1 421"));
 }

@@ -3,6 +3,7 @@
 //! A tracker, or a program gone wild, may send faster than anybody needs. All that has come is read at one go, and of the
 //! messages of one sender at one address only the newest is looked at.
 
+use super::foreign::translated;
 use super::input::Message;
 use super::packet;
 use std::cell::OnceCell;
@@ -59,7 +60,12 @@ impl Batch {
     /// Reads one packet; returns whether there was one.
     fn receive(&mut self, socket: &UdpSocket, used: &mut usize) -> io::Result<bool> {
         match socket.recv_from(&mut self.bytes[*used..*used + LARGEST]) {
-            Ok((length, source)) => {
+            Ok((mut length, source)) => {
+                let space = &mut self.bytes[*used..*used + LARGEST];
+                if let Some(message) = translated(&space[..length]) {
+                    length = message.len();
+                    space[..length].copy_from_slice(&message);
+                }
                 self.packets.push((source, *used..*used + length));
                 *used += length;
                 Ok(true)

@@ -43,6 +43,7 @@ fn described(argument: Argument) -> String {
     };
     match argument {
         Argument::Skip(count) => format!("{count} values that do not count"),
+        Argument::Word => "a word".to_owned(),
         Argument::Position(map) => format!("{}; metres", along(map, AXES)),
         Argument::Quaternion(map) => format!("w, {}", along(map, AXES)),
         Argument::QuaternionLast(map) => format!("{}, w", along(map, AXES)),

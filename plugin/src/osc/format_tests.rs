@@ -42,7 +42,9 @@ impl Instance {
 
     fn hear_from(&self, ip: [u8; 4], (address, values): &Sent) -> &Self {
         #[expect(clippy::cast_possible_truncation, reason = "trackers send single precision")]
-        let args = values.iter().map(|value| OscType::Float(*value as f32)).collect();
+        let numbers = values.iter().map(|value| OscType::Float(*value as f32));
+        let word = address.ends_with("/Head").then(|| OscType::String("Head".to_owned()));
+        let args = word.into_iter().chain(numbers).collect();
         let bytes = encoded(address, args);
         let source = (ip, 9).into();
         self.receiver.take(&Message { source, address, bytes: &bytes, arguments: OnceCell::new() });
@@ -133,6 +135,22 @@ fn single_turns() -> Vec<(TrackerFormat, [Sent; 3])> {
         // A telephone: x right, y forward, z up.
         (F::Sensors2Osc, all("/gamerotationvector", [vec![0.0, 0.0, l, lc], vec![u, 0.0, 0.0, uc], vec![0.0, r, 0.0, rc]])),
         (F::Sensors2Osc, all("/rotationvector", [vec![0.0, 0.0, l], vec![u, 0.0, 0.0, uc, 0.1], vec![0.0, r, 0.0]])),
+        (
+            F::OpenTrack,
+            all(
+                "/opentrack/pose",
+                [[-30.0, 0.0, 0.0], [0.0, 20.0, 0.0], [0.0, 0.0, 10.0]].map(|turn| [&still[..], &turn].concat()),
+            ),
+        ),
+        (F::FreePie, angles("/freepie/ypr", -TAU / 12.0, TAU / 18.0, TAU / 36.0)),
+        // As Unity, w last.
+        (
+            F::Vmc,
+            all(
+                "/VMC/Ext/Bone/Pos/Head",
+                [[0.0, -l, 0.0, lc], [-u, 0.0, 0.0, uc], [0.0, 0.0, -r, rc]].map(|turn| [&still[..], &turn].concat()),
+            ),
+        ),
         (F::Promenade, angles("/promenade/ypr", 30.0, 20.0, 10.0)),
         (F::Promenade, all("/promenade/quaternion", head.clone())),
         (F::Promenade, all("/promenade/pose", after(still, &head))),
@@ -159,12 +177,13 @@ fn every_format_turns_left_looks_up_and_tilts_right() {
 }
 
 /// Addresses that have a place, with where 1 m ahead, 2 m to the left and 3 m up is.
-const PLACES: [(TrackerFormat, &str, &[f64]); 6] = [
+const PLACES: [(TrackerFormat, &str, &[f64]); 7] = [
     (TrackerFormat::Sparta, "/xyz", &[1.0, 2.0, 3.0]),
     (TrackerFormat::Sparta, "/xyzypr", &[1.0, 2.0, 3.0, 0.0, 0.0, 0.0]),
     (TrackerFormat::AmbixMove, "/xyz", &[1.0, -2.0, 3.0]),
     (TrackerFormat::AmbixMove, "/translation", &[1.0, -2.0, 3.0]),
     (TrackerFormat::AmbixMove, "/6dof", &[1.0, -2.0, 3.0, 1.0, 0.0, 0.0, 0.0]),
+    (TrackerFormat::OpenTrack, "/opentrack/pose", &[-2.0, 3.0, 1.0, 0.0, 0.0, 0.0]),
     (TrackerFormat::Promenade, "/promenade/position", &[1.0, 2.0, 3.0]),
 ];
 

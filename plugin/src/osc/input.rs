@@ -15,7 +15,7 @@ use crate::project::osc_config::{Interface, OscConfig};
 use crate::project::params::PromenadeParams;
 use crate::tracker::Recenter;
 use crate::tracker::Tracker;
-use crate::tracker::reading::Reading;
+use crate::tracker::reading::{Argument, Reading};
 use crate::worker::lock::lock;
 use promenade_core::Pose;
 use rosc::OscType;
@@ -205,7 +205,8 @@ impl OscInput {
     ) -> Result<bool, String> {
         match verb {
             Verb::Track(form) => {
-                let reading = Reading::new(form, &value::numbers(arguments)?)?;
+                let words = form.iter().filter(|argument| **argument == Argument::Word).count();
+                let reading = Reading::new(form, &value::numbers(arguments.get(words..).unwrap_or_default())?)?;
                 state.tracker.take(&reading, mapped, Instant::now());
                 state.moved = true;
                 Ok(reading.clamped)

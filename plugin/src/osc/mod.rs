@@ -7,6 +7,7 @@
 mod address;
 mod adm;
 mod batch;
+mod foreign;
 mod input;
 mod outlet;
 mod packet;

@@ -14,6 +14,10 @@ const MOST_ARGUMENTS: usize = 64;
 /// Arrays in arrays.
 const DEEPEST_ARRAY: usize = 4;
 
+/// Where programs of the Virtual Motion Capture protocol send the bones of a body, and what the head's are called here.
+const BONES: &str = "/VMC/Ext/Bone/Pos";
+const HEAD: &str = "/VMC/Ext/Bone/Pos/Head";
+
 const BUNDLE: &[u8] = b"#bundle\0";
 /// Tag and time tag of a bundle, bytes.
 const BUNDLE_HEAD: usize = 16;
@@ -28,7 +32,15 @@ pub(super) fn messages<'a>(packet: &'a [u8], each: &mut impl FnMut(&'a str, &'a 
 
 fn walk<'a>(packet: &'a [u8], depth: usize, each: &mut impl FnMut(&'a str, &'a [u8])) -> Result<(), &'static str> {
     if packet.first() == Some(&b'/') {
-        each(address(packet)?, packet);
+        match address(packet)? {
+            // One address for all bones of a body, of which only the head is turned here.
+            BONES => {
+                if word(packet) == Some(b"Head") {
+                    each(HEAD, packet);
+                }
+            }
+            address => each(address, packet),
+        }
         return Ok(());
     }
     if !packet.starts_with(BUNDLE) {
@@ -53,6 +65,14 @@ fn address(message: &[u8]) -> Result<&str, &'static str> {
     let text = &message[..end.ok_or("an address has no end, or is too long")?];
     let text = std::str::from_utf8(text).map_err(|_| "an address is no text")?;
     Ok(text.strip_suffix('/').unwrap_or(text))
+}
+
+/// The first argument of a message, where it is text.
+fn word(message: &[u8]) -> Option<&[u8]> {
+    let after = |text: &[u8]| text.iter().position(|byte| *byte == 0).map(|end| (end / 4 + 1) * 4);
+    let tags = message.get(after(message)?..)?;
+    let text = tags.get(after(tags)?..).filter(|_| tags.starts_with(b",s"))?;
+    text.split(|byte| *byte == 0).next()
 }
 
 /// A message's arguments.
@@ -124,6 +144,16 @@ mod tests {
             addresses.push(address.to_owned());
         });
         (addresses, result)
+    }
+
+    #[test]
+    fn of_a_body_only_the_head_is_heard() {
+        let bone = |name: &str| {
+            let numbers = [0.0; 7].map(OscType::Float);
+            message("/VMC/Ext/Bone/Pos", [OscType::String(name.to_owned())].into_iter().chain(numbers).collect())
+        };
+        let packet = encoder::encode(&bundle(vec![bone("Hips"), bone("Head"), bone("LeftHand")])).unwrap();
+        assert_eq!(walked(&packet), (vec!["/VMC/Ext/Bone/Pos/Head".to_owned()], Ok(())));
     }
 
     fn samples() -> Vec<Vec<u8>> {

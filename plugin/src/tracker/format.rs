@@ -41,6 +41,14 @@ table! {
         /// Sensors2OSC on an Android telephone.
         #[serde(rename = "sensors2osc")]
         Sensors2Osc = ("Sensors2OSC", 9000, &SENSORS2OSC),
+        /// opentrack's output "UDP over network", which speaks no Open Sound Control.
+        #[serde(rename = "opentrack")]
+        OpenTrack = ("opentrack", 4242, &OPENTRACK),
+        /// FreePIE's telephones, which speak no Open Sound Control either.
+        #[serde(rename = "freepie")]
+        FreePie = ("FreePIE", 5555, &FREEPIE),
+        /// The head of the Virtual Motion Capture protocol.
+        Vmc = ("VMC", 39_539, &VMC),
         /// An address of the user's.
         Custom = ("Custom", 9100, &[]),
     }
@@ -72,7 +80,7 @@ const YAW: u8 = 0;
 const PITCH: u8 = 1;
 const ROLL: u8 = 2;
 
-use Argument::{Angle, Angles, Position, Quaternion, RotationVector, Skip};
+use Argument::{Angle, Angles, Position, Quaternion, QuaternionLast, RotationVector, Skip, Word};
 use Unit::{Degrees, Radians, Turns};
 
 /// SPARTA counts the parts of the vector from yaw to roll, and turns the scene.
@@ -116,7 +124,8 @@ static AMBIX_MOVE: [Form; 5] = [
 ];
 
 /// Unity's axes are x right, y up and z forward, left-handed.
-static UNITY: [Form; 1] = [form("/quaternions", &[Quaternion(AxisMap { order: [2, 0, 1], invert: [true, false, true] })])];
+const UNITY_TURN: AxisMap = AxisMap { order: [2, 0, 1], invert: [true, false, true] };
+static UNITY: [Form; 1] = [form("/quaternions", &[Quaternion(UNITY_TURN)])];
 
 static AMBI_HEAD: [Form; 3] = [
     form("/yaw", &[Angle(Turns, YAW, false)]),
@@ -143,6 +152,17 @@ static SUPPERWARE: [Form; 4] = [
 const ANDROID: Argument = RotationVector(AxisMap { order: [1, 0, 2], invert: [false, true, false] });
 
 static SENSORS2OSC: [Form; 2] = [form("/gamerotationvector", &[ANDROID]), form("/rotationvector", &[ANDROID])];
+
+/// x right, y up, z forward; to the right, up, right ear down.
+static OPENTRACK: [Form; 1] = [form(
+    "/opentrack/pose",
+    &[Position(AxisMap { order: [2, 0, 1], invert: [false, true, false] }), Angles(Degrees, flip([true, false, false]))],
+)];
+
+static FREEPIE: [Form; 1] = [form("/freepie/ypr", &[Angles(Radians, flip([true, false, false]))])];
+
+/// The head's turn about the neck, in Unity's axes; its place is that in the body.
+static VMC: [Form; 1] = [form("/VMC/Ext/Bone/Pos/Head", &[Word, Skip(3), QuaternionLast(UNITY_TURN)])];
 
 impl TrackerFormat {
     /// As users read it.

@@ -27,6 +27,8 @@ pub enum Unit {
 pub enum Argument {
     /// So many that are skipped.
     Skip(usize),
+    /// A word before the numbers.
+    Word,
     /// x, y and z, metres.
     Position(AxisMap),
     /// w, x, y and z.
@@ -66,6 +68,7 @@ impl Argument {
     const fn count(self) -> (usize, usize) {
         match self {
             Self::Skip(count) => (count, count),
+            Self::Word => (0, 0),
             Self::Position(_) | Self::Angles(..) => (3, 3),
             Self::Quaternion(_) | Self::QuaternionLast(_) => (4, 4),
             Self::RotationVector(_) => (3, 5),

@@ -95,7 +95,7 @@ mod tests {
     fn errors_name_the_line() {
         for (text, clue) in [
             ("# a\n1 1 0 0 0 0 0 0 1\n", "line 2: expected IMAGE_ID QW QX QY QZ TX TY TZ CAMERA_ID NAME"),
-            ("1 1 0 0 0 0 0 0 1 a.jpg\n2 1 0 0 0 0 0 0 1 b.jpg\n3.5 4.5 -1\n", "line 3: expected IMAGE_ID"),
+            ("1 1 0 0 0 0 0 0 1 a.jpg\n3.5 4.5 -1\n7 8\n", "line 3: expected IMAGE_ID"),
             ("1 1 0 zero 0 0 0 0 1 a.jpg\n", "line 1: expected a finite number for QY, found \"zero\""),
             ("1 2 0 0 0 0 0 0 1 a.jpg\n", "line 1: expected a unit quaternion, found one of length 2"),
             ("1 1 0 0 0 0 0 nan 1 a.jpg\n", "line 1: expected a finite number for TZ"),

@@ -40,7 +40,7 @@ impl Manifest {
     pub(crate) fn write(&self, folder: &Path) -> Result<(), BakeError> {
         let path = folder.join(MANIFEST);
         let json = serde_json::to_string_pretty(self).map_err(BakeError::json(&path))?;
-        atomic::write(&path, (json + "\n").as_bytes())
+        atomic::replace(&path, (json + "\n").as_bytes())
     }
 }
 

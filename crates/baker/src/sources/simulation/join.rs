@@ -136,7 +136,7 @@ impl PartFolder {
         };
         let path = self.path.join(PART_FILE);
         let json = serde_json::to_string_pretty(&about).map_err(BakeError::json(&path))?;
-        atomic::write(&path, (json + "\n").as_bytes())
+        atomic::replace(&path, (json + "\n").as_bytes())
     }
 }
 
