@@ -105,6 +105,11 @@ impl Images {
         self.all.iter().count()
     }
 
+    /// Of those that have no more than so many reflections.
+    pub(crate) fn count_up_to(&self, order: u32) -> usize {
+        self.all.iter().take_while(|candidate| candidate.order <= order).count()
+    }
+
     /// The images that a listener sees, the nearest orders first and in the order of their indices.
     ///
     /// # Errors

@@ -217,6 +217,19 @@ impl Room {
         self.leaves.iter().filter_map(of).collect()
     }
 
+    /// Of each plane a sphere that holds its faces: its middle, and its radius in metres.
+    pub(crate) fn spheres(&self) -> Vec<(DVec3, f64)> {
+        let mut boxes = vec![[DVec3::INFINITY, DVec3::NEG_INFINITY]; self.planes.len()];
+        for leaf in &self.leaves {
+            let [low, high] = &mut boxes[leaf.plane as usize];
+            for corner in [leaf.corner, leaf.corner - leaf.edges[0], leaf.corner + leaf.edges[1]] {
+                let corner = corner.as_dvec3() + self.centre;
+                (*low, *high) = (low.min(corner), high.max(corner));
+            }
+        }
+        boxes.iter().map(|[low, high]| (0.5 * (*low + *high), 0.5 * low.distance(*high) + self.skin())).collect()
+    }
+
     /// Of the box along the axes that the mesh lies in, cubic metres; a flat mesh has at least a hundredth of its diagonal's
     /// cube.
     #[must_use]

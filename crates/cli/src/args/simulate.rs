@@ -50,7 +50,7 @@ pub(crate) struct RoomArgs {
     #[arg(value_name = "ROOM")]
     pub(crate) mesh: PathBuf,
     /// Where the sound comes from, metres
-    #[arg(long, value_name = "X,Y,Z", value_parser = parse_point)]
+    #[arg(long, value_name = "X,Y,Z", value_parser = parse_point, allow_hyphen_values = true)]
     pub(crate) source: Vec3,
     /// Materials of the mesh's groups, the first that fits: PATTERN=ABSORPTION[:SCATTERING], each a name of the table, 1 number
     /// or more with slashes between: 7 octaves from 125 Hz to 8 kHz, 8 from 63 Hz, 21, 24 or 31 thirds from 100, 50 or 20 Hz,
@@ -100,6 +100,9 @@ pub(crate) struct RunArgs {
     /// modes lie apart, 60 to 250 Hz, none in large or open ones]
     #[arg(long, value_name = "HZ", value_parser = within(0.0, 500.0))]
     pub(crate) waves: Option<f64>,
+    /// Level of a scene's direct sound at 1 m over that of the dry sound, dB
+    #[arg(long, value_name = "DB", default_value_t = 0.0, value_parser = within(-60.0, 60.0), allow_hyphen_values = true)]
+    pub(crate) gain: f64,
     /// Seed of rays, noise and random poses, and with --dry of stretches and split
     #[arg(long, default_value_t = 1)]
     pub(crate) seed: u64,
@@ -113,6 +116,7 @@ pub(crate) struct RunArgs {
 pub(crate) struct SimulateMeshArgs {
     /// A listener at this place; may be given more than once
     #[arg(long, value_name = "X,Y,Z", conflicts_with_all = ["path", "grid", "poses"], value_parser = parse_point)]
+    #[arg(allow_hyphen_values = true)]
     pub(crate) at: Vec<Vec3>,
     /// Listeners on a grid of this spacing, metres [default for a scene: about 60 places]
     #[arg(long, value_name = "M", conflicts_with_all = ["path", "poses"], value_parser = within(0.01_f32, 1000.0))]

@@ -31,6 +31,7 @@ pub(super) fn run(of: &RoomArgs, args: &SimulateMeshArgs, run: &RunArgs, air: Ai
     let (order, beams, rays, rate) = (args.order, args.beams, args.rays, args.rate);
     let head = head_of(run, rate, [args.credit.as_ref(), args.licence.as_ref()])?;
     let run = Run { began, args: run, clips, output: &args.output, order, beams, rays, rate, air: air.air(), head };
+    run.check()?;
     let title = args.title.clone().unwrap_or_else(|| report::file_name(&of.mesh));
     let part = run.part_folder(&poses, &[&title, &mesh, &room.materials(), &source])?;
     if part.as_ref().is_some_and(is_there) {

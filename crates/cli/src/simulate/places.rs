@@ -129,6 +129,7 @@ impl Places {
             margin_m: MARGIN_M,
             air: self.options.air,
             waves_hz: None,
+            gain_db: 0.0,
             seed,
             title: String::new(),
             recipe: String::new(),
