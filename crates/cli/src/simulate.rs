@@ -7,7 +7,7 @@ pub(crate) mod places;
 mod room;
 mod scene;
 
-pub(crate) use self::room::{room, source};
+pub(crate) use self::room::{mesh, room, source};
 
 use crate::args::{ClipArgs, RunArgs, Simulate, SimulateArgs};
 use crate::{capture, hrtf, path, report};

@@ -63,6 +63,8 @@ pub struct SceneOptions {
     /// Below this frequency, Hz, the sum over modes is in the place of images and particles; 0 for none. Without it as high as
     /// the room's size asks for and time allows.
     pub waves_hz: Option<f64>,
+    /// Height over the floor of the one layer of places that waves have, metres; without it there are as many as waves need.
+    pub layer_m: Option<f32>,
     /// Level of the direct sound at 1 m over that of the dry sound, dB.
     pub gain_db: f64,
     /// Seed of scattering and noise.
@@ -178,7 +180,9 @@ impl ShoeboxRoom {
         };
         loop {
             let off = Vec3::splat(BASS_OFF_WALLS_M).min(0.2 * size);
-            let axes = [0, 1, 2].map(|axis| bass_axis(off[axis], size[axis] - off[axis], crossover_hz, axis == 2));
+            let layer = options.layer_m.map(|height| Axis::single(height.clamp(off.z, size.z - off.z)));
+            let axis = |axis: usize| bass_axis(off[axis], size[axis] - off[axis], crossover_hz, axis == 2);
+            let axes = [axis(0), axis(1), layer.unwrap_or_else(|| axis(2))];
             let coordinates = axes.each_ref().map(|axis| axis.nodes().iter().map(|at| f64::from(*at)).collect());
             let places = LowPlaces { axes: coordinates, top_hz: whole_hz(crossover_hz), length_s, speed_m_s };
             if options.waves_hz.is_none() && walls.low_field_cost(&places) > MOST_BASS {

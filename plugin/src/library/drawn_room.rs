@@ -190,7 +190,16 @@ impl DrawnRoom {
         let recipe = format!("simulate box --size {x},{y},{z} --emitter {ex},{ey},{ez} --materials '{materials}'");
         room.scene(
             head,
-            &SceneOptions { images: PLAYED_IMAGES, air: Air::default(), waves_hz: None, gain_db: 0.0, seed: 1, title, recipe },
+            &SceneOptions {
+                images: PLAYED_IMAGES,
+                air: Air::default(),
+                waves_hz: None,
+                layer_m: None,
+                gain_db: 0.0,
+                seed: 1,
+                title,
+                recipe,
+            },
         )
     }
 }

@@ -13,7 +13,7 @@ use rayon::prelude::*;
 /// Reflections of images that are diffracted, at most.
 const MOST_REFLECTIONS: u32 = 2;
 /// Pairs of an edge and an image that are looked at, at most: of meshes with more, the longest edges diffract images.
-const MOST_PAIRS: usize = 30_000_000;
+const MOST_PAIRS: usize = 2_000_000;
 
 /// Edges with the images of a source that reach them.
 #[derive(Clone, Debug)]

@@ -3,7 +3,7 @@
 //! Tables state what walls absorb of sound from everywhere. Axial and tangential modes graze some walls, so that a field of
 //! waves decays more slowly than Sabine's or Eyring's. Its modes are kept and their decay is made that of the rays.
 
-use crate::low_frequency::low_field::{FADE, LOWEST_HZ, LowField, LowResponse};
+use crate::low_frequency::low_field::{FADE, LowField, LowResponse};
 use crate::rays::echogram::decay_time_s;
 use promenade_fourier::{Fourier, forward, inverse, signal};
 use std::f64::consts::{LN_10, PI};
@@ -11,12 +11,16 @@ use std::ops::Range;
 
 /// Reverberation times are taken from a decay of so many dB at its end: T20.
 const END_DB: f64 = -25.0;
+/// Centre of the lowest third, Hz.
+const LOWEST_HZ: f64 = 24.0;
 /// Length of the frames in which a decay is changed, seconds, at least.
 const FRAME_S: f64 = 0.15;
 /// A decay that is no exponential is near the wanted one after so many rounds.
 const ROUNDS: usize = 3;
-/// Factors between the rate of the waves and the wanted one.
-const CHANGES: (f64, f64) = (0.4, 4.0);
+/// A decay changes in a round by so many times the wanted one, at most; one that is too fast by a share of it, from here on.
+const MOST_TIMES: f64 = 3.0;
+const GROWS: f64 = 0.3;
+const GROWS_FROM_HZ: f64 = 60.0;
 /// Places that are listened to, at most.
 const MOST_TOLD: usize = 16;
 
@@ -30,7 +34,7 @@ impl LowField {
         let thirds: Vec<f64> = (-17..)
             .map(|third| 1000.0 * (f64::from(third) / 3.0).exp2())
             .take_while(|hz| *hz < FADE * self.top_hz)
-            .filter(|hz| *hz >= LOWEST_HZ.1)
+            .filter(|hz| *hz >= LOWEST_HZ)
             .collect();
         let every = told.len().div_ceil(MOST_TOLD).max(1);
         let mut heard: Vec<_> = self.places[told].iter().step_by(every).map(|place| place.pressure.clone()).collect();
@@ -38,15 +42,16 @@ impl LowField {
         for _ in 0..ROUNDS {
             let times = third_times_s(&heard, self.rate_hz, &thirds);
             let mut change = 0.0;
-            let change = |(hz, time): (&f64, Option<f64>)| {
-                change = time.map_or(change, |time| {
-                    let wanted = wanted_s(*hz).clamp(time / CHANGES.1, time / CHANGES.0);
-                    NEPERS * (1.0 / wanted - 1.0 / time)
-                });
-                change
-            };
-            let changes: Vec<f64> = thirds.iter().zip(times).map(change).collect();
-            rates.iter_mut().zip(&changes).for_each(|(rate, change)| *rate += change);
+            let mut changes = Vec::with_capacity(thirds.len());
+            for ((hz, time), rate) in thirds.iter().zip(times).zip(&mut rates) {
+                let wanted = NEPERS / wanted_s(*hz);
+                change = time.map_or(change, |time| (wanted - NEPERS / time).min(MOST_TIMES * wanted));
+                // What is between modes would grow for ever.
+                let least = if *hz < GROWS_FROM_HZ { 0.0 } else { -GROWS * wanted };
+                let before = *rate;
+                *rate = (before + change).max(least);
+                changes.push(*rate - before);
+            }
             let damping = Damping::new(self.rate_hz, &thirds, &changes);
             heard.iter_mut().for_each(|pressure| damping.apply(pressure));
         }
@@ -93,7 +98,11 @@ impl Damping {
     fn new(rate_hz: f64, thirds: &[f64], rates: &[f64]) -> Self {
         let n = ((FRAME_S * rate_hz) as usize).next_power_of_two();
         let at = |hz: f64| {
-            let place = thirds.first().map_or(0.0, |first| 3.0 * (hz / first).max(1.0).log2());
+            let place = thirds.first().map_or(0.0, |first| 3.0 * (hz / first).max(1e-3).log2());
+            // Below the first there is hardly any mode, and nothing that should grow.
+            if place < 0.0 {
+                return rates.first().copied().unwrap_or(0.0).max(0.0);
+            }
             let below = (place as usize).min(thirds.len().saturating_sub(1));
             let [low, high] = [below, below + 1].map(|i| rates.get(i).or(rates.last()).copied().unwrap_or(0.0));
             low + (high - low) * (place - below as f64).min(1.0)

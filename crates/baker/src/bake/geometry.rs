@@ -35,6 +35,8 @@ use std::f32::consts::PI;
 
 /// Places of the listener, at most.
 const MOST_PLACES: usize = 4096;
+/// Height over the floor of a box's bass, metres.
+const LAYER_M: f32 = 1.5;
 /// Places of the bass keep this far from surfaces, metres, and beyond walls its slopes are followed so far.
 const BASS_OFF_WALLS_M: f32 = 0.12;
 const BEYOND_WALLS_M: f64 = 0.3;
@@ -89,7 +91,7 @@ pub fn bake_geometry(
     halved(&surfaces.scene(&head, options.seed, &Baked { hrtf, head: &head, turns: options.head_turns })?)
 }
 
-/// The scene of a box room as its file has it: below the crossover of its responses, the sum over modes.
+/// The scene of a box room as its file has it: below the crossover of its responses, the sum over modes, on one layer.
 ///
 /// # Errors
 /// Those of [`ShoeboxRoom::scene`].
@@ -98,7 +100,8 @@ pub fn bake_box(room: &ShoeboxRoom, head: &SceneHead, options: &SceneOptions) ->
     let source = Source::from((room.emitter - room.corner).as_dvec3().to_array());
     let bass = Bass::of(&mesh, &Room::new(&mesh, &room.walls.materials)?, &source, options.waves_hz)?;
     let waves_hz = Some(bass.map_or(0.0, |bass| bass.crossover_hz));
-    halved(&room.scene(head, &SceneOptions { waves_hz, ..options.clone() })?)
+    let layer_m = options.layer_m.or(Some(LAYER_M));
+    halved(&room.scene(head, &SceneOptions { waves_hz, layer_m, ..options.clone() })?)
 }
 
 /// Bakes a scene of a room, without waves, as it is where responses correct it; `about` says what it
@@ -138,8 +141,11 @@ fn surfaces(
     let emitter = Vec3::from_array(source.position.map(|c| c as f32));
     let inside = Inside::new(mesh, room, emitter, options.margin_m)?;
     let places = plan(mesh, &inside, options)?;
-    let eyring = room.eyring_t60_s(mesh.report().volume_m3.unwrap_or_else(|| room.bounding_volume()), options.air);
-    let longest = eyring.iter().copied().filter(|t| t.is_finite()).fold(0.0, f64::max);
+    let volume = mesh.report().volume_m3;
+    let eyring = room.eyring_t60_s(volume, options.air);
+    // Between walls that face each other sound stays longer in an open room.
+    let stays = if volume.is_some() { 1.0 } else { 2.0 };
+    let longest = stays * eyring.iter().copied().filter(|t| t.is_finite()).fold(0.0, f64::max);
     let (images, heard) = listen((mesh, room, source), &places.at, (head.grid().hop_s(), longest), options, done)?;
     let played = Played::strongest(&places, source.position.into(), options.images, |place| &heard[place].images);
     let numbers: Vec<usize> = played.images.iter().map(|image| image.index).collect();

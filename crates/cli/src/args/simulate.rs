@@ -73,12 +73,13 @@ pub(crate) struct RoomArgs {
     #[arg(long, value_name = "M", value_parser = within(0.0, 1.0))]
     pub(crate) flatten: Option<f64>,
     /// What the source sends where: omni, subcardioid, cardioid, supercardioid, figure-of-eight or a SOFA file
-    /// (FreeFieldDirectivityTF)
-    #[arg(long, value_name = "PATTERN|FILE.sofa", default_value = "omni")]
-    pub(crate) directivity: PathBuf,
-    /// Where the source faces: yaw from x towards y, and pitch up, degrees
-    #[arg(long, value_name = "YAW,PITCH", default_value = "0,0", value_parser = parse_facing, allow_hyphen_values = true)]
-    pub(crate) facing: [f64; 2],
+    /// (FreeFieldDirectivityTF) [default: as a fit has left it beside the mesh, or omni]
+    #[arg(long, value_name = "PATTERN|FILE.sofa")]
+    pub(crate) directivity: Option<PathBuf>,
+    /// Where the source faces: yaw from x towards y, and pitch up, degrees [default: as a fit has left it beside the mesh, or
+    /// 0,0]
+    #[arg(long, value_name = "YAW,PITCH", value_parser = parse_facing, allow_hyphen_values = true)]
+    pub(crate) facing: Option<[f64; 2]>,
 }
 
 /// How responses of any room are made.

@@ -71,6 +71,7 @@ fn of_box(args: &FitArgs, hrtf: &Hrtf, walls: &Walls, set: &Measurements, beside
         images: PLAYED_IMAGES,
         air: set.air,
         waves_hz: None,
+        layer_m: None,
         gain_db: 0.0,
         seed: args.seed,
         title: format!("{}, fitted", set.title),

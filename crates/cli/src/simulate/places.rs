@@ -72,7 +72,7 @@ impl Places {
             scale: None,
             flatten: None,
             directivity: args.directivity.clone(),
-            facing: emitter.facing_deg.unwrap_or_default().map(f64::from),
+            facing: emitter.facing_deg.map(|facing| facing.map(f64::from)),
         };
         let first = emitters.first().context("--simulate: expected a capture that says where its emitter is, found none")?;
         let (mesh, room, size) = room(&of(first))?;

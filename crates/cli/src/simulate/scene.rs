@@ -80,6 +80,7 @@ pub(super) fn write_box(args: &SimulateBoxArgs) -> Result<()> {
         images: PLAYED_IMAGES,
         air: args.air.air(),
         waves_hz: run.waves,
+        layer_m: None,
         gain_db: run.gain,
         seed: run.seed,
         title: args.title.clone().unwrap_or_else(|| format!("Room of {x} x {y} x {z} m")),
@@ -129,13 +130,10 @@ fn recipe(of: &RoomArgs, args: &SimulateMeshArgs, spacing_m: f32, (run, air): (&
         SizeScattering::None => "",
         SizeScattering::ChristensenRindel => " --scattering-by-size christensen-rindel",
     };
-    let directivity = if directivity.as_os_str() == "omni" {
-        String::new()
-    } else {
-        format!(" --directivity {} --facing {},{}", report::file_name(directivity), facing[0], facing[1])
-    };
+    let directivity = directivity.as_ref().map_or(String::new(), |d| format!(" --directivity {}", report::file_name(d)));
+    let facing = facing.map_or(String::new(), |[yaw, pitch]| format!(" --facing {yaw},{pitch}"));
     format!(
-        "simulate {} --source {x},{y},{z}{directivity}{materials}{tables}{scattering}{}{} --grid {spacing_m} --height {height} \
+        "simulate {} --source {x},{y},{z}{directivity}{facing}{materials}{tables}{scattering}{}{} --grid {spacing_m} --height {height} \
          --margin {margin} --order {order} --beams {beams} --images {images} --head-turns {head_turns} --rays {rays} \
          --rate {rate}{}",
         report::file_name(mesh),

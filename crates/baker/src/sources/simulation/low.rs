@@ -22,6 +22,8 @@ const PILOT_PLACES: usize = 8;
 const MOST_WORK: f64 = 6e9;
 /// Length of the bass, seconds.
 const LENGTHS_S: (f64, f64) = (0.2, 4.0);
+/// Share of a reverberation time that shows how waves decay.
+const DECAYS: f64 = 0.8;
 /// Share of the directions from the source in which there is a surface, in a room of a bass of its own.
 const ENCLOSED: f64 = 0.8;
 /// How much more a source may send in one direction than in another, amplitude, to be the same in all in long waves.
@@ -51,8 +53,9 @@ impl Bass {
         let sent: Vec<f32> = (0..LOOKED).map(|i| source.directivity.towards(fibonacci(i, LOOKED))[0]).collect();
         let (least, most) = sent.iter().fold((f32::INFINITY, 0.0_f32), |(a, b), s| (a.min(*s), b.max(*s)));
         let level = (sent.iter().map(|s| s * s).sum::<f32>() / LOOKED as f32).sqrt();
-        let volume = mesh.report().volume_m3.unwrap_or_else(|| room.bounding_volume());
-        let [t60_s, ..] = room.eyring_t60_s(volume, None);
+        let closed = mesh.report().volume_m3;
+        let [t60_s, ..] = room.eyring_t60_s(closed, None);
+        let volume = closed.unwrap_or_else(|| room.bounding_volume());
         let t60_s = t60_s.clamp(LENGTHS_S.0, LENGTHS_S.1);
         let by_itself = || -> Result<Option<f64>, BakeError> {
             let enclosed = room.surroundings(source.position)?.enclosed;
@@ -85,14 +88,18 @@ impl Bass {
         done: impl Fn(f64),
     ) -> Result<LowField, BakeError> {
         let all = [places, &pilot.places].concat();
-        let mut field = waves(room, source.position, &all, &options(self.crossover_hz, length_s, speed_m_s(air)), done)?;
+        // A decay of 25 dB is seen even where responses are shorter.
+        let seen_s = length_s.max(DECAYS * self.t60_s);
+        let mut field = waves(room, source.position, &all, &options(self.crossover_hz, seen_s, speed_m_s(air)), done)?;
         field.add_direct(-1.0, source.position, &all, speed_m_s(air));
         if let Some(t20_s) = low_t20_s(&pilot.late.echograms) {
             field.decay_as(places.len()..all.len(), t20_s);
         }
         field.places.truncate(places.len());
-        for place in &mut field.places {
-            place.pressure.iter_mut().chain(place.gradient.iter_mut().flatten()).for_each(|v| *v *= self.level);
+        let length = (length_s * field.rate_hz).ceil() as usize;
+        for signal in field.places.iter_mut().flat_map(|place| [&mut place.pressure].into_iter().chain(&mut place.gradient)) {
+            signal.truncate(length);
+            signal.iter_mut().for_each(|v| *v *= self.level);
         }
         Ok(field)
     }

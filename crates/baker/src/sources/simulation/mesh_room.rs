@@ -26,8 +26,8 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 /// Lengths that responses have unless told, seconds.
 const SHORTEST_BY_ITSELF_S: f64 = 0.1;
 const LONGEST_BY_ITSELF_S: f64 = 4.0;
-/// Half again as long as what is kept, seconds, so that a decay that just fits is measured.
-const PILOT_S: f64 = 1.5 * LONGEST_BY_ITSELF_S;
+/// How long the rays are followed that tell how long a room sounds, seconds.
+const PILOT_S: f64 = MAX_LENGTH_S as f64;
 
 /// How responses are computed.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -63,6 +63,8 @@ pub struct Simulated {
     pub images: usize,
     /// Below this frequency the bass is that of waves, Hz.
     pub crossover_hz: Option<f64>,
+    /// How long the room sounds, the longest T30 of its octaves, seconds, where it was not told how long responses are.
+    pub rings_s: Option<f64>,
 }
 
 /// Binaural responses of a source in a room for heads at `poses`, at the sample rate of the HRTF.
@@ -116,7 +118,8 @@ pub(super) fn simulate(
     let asked = options.length_s.is_none() || bass.is_some();
     let pilot = || Pilot::new(room, source, &places_of_all, (options.rays, PILOT_S), (options.air, options.seed));
     let pilot = asked.then(pilot).transpose()?;
-    let natural = || pilot.as_ref().map_or(LONGEST_BY_ITSELF_S, |pilot| natural_length_s(&pilot.late));
+    let rings_s = pilot.as_ref().filter(|_| options.length_s.is_none()).map(|pilot| longest_t30_s(&pilot.late));
+    let natural = || rings_s.unwrap_or_default().clamp(SHORTEST_BY_ITSELF_S, LONGEST_BY_ITSELF_S);
     let length_s = options.length_s.map_or_else(natural, f64::from);
     let length = (length_s * rate).ceil() as usize;
     let tail = Tail::new(hrtf, length, options.seed);
@@ -168,7 +171,7 @@ pub(super) fn simulate(
     let made: Result<Vec<Vec<(usize, Response)>>, BakeError> =
         places.par_iter().zip(&late.echograms).enumerate().map(of_place).collect();
     let responses = in_order(made?.into_iter().flatten().collect(), hrtf);
-    Ok(Simulated { responses, images: images.count(), crossover_hz: bass.map(|bass| bass.crossover_hz), late })
+    Ok(Simulated { responses, images: images.count(), crossover_hz: bass.map(|bass| bass.crossover_hz), rings_s, late })
 }
 
 /// How rays are followed for some seconds, for a tail.
@@ -242,15 +245,14 @@ fn in_metres(places: &[Vec3]) -> Vec<[f64; 3]> {
     places.iter().map(|p| p.as_dvec3().to_array()).collect()
 }
 
-/// The longest T30 of the octaves that rays show, seconds, between what a room and what memory should have.
-fn natural_length_s(late: &LateField) -> f64 {
+/// The longest T30 of the octaves that rays show, seconds.
+fn longest_t30_s(late: &LateField) -> f64 {
     let mean = |band: usize| {
         let times: Vec<f64> = late.echograms.iter().filter_map(|e| e.t30_s(band)).collect();
         times.iter().sum::<f64>() / times.len() as f64
     };
     // An octave without a decay in sight has no mean, and `max` passes over it.
-    let longest = (0..OCTAVES_HZ.len()).map(mean).fold(0.0, f64::max);
-    longest.clamp(SHORTEST_BY_ITSELF_S, LONGEST_BY_ITSELF_S)
+    (0..OCTAVES_HZ.len()).map(mean).fold(0.0, f64::max)
 }
 
 /// What materials and air do to images.
