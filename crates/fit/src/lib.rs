@@ -27,9 +27,7 @@ pub use fits::{
     quick_fit,
 };
 pub use late::{Histories, Surface};
-pub use measurements::{
-    Clock, Convention, Errors, Figures, LEAST_RESPONSES, LoadOptions, Measurement, Measurements, Place,
-};
+pub use measurements::{Clock, Convention, Errors, Figures, LEAST_RESPONSES, LoadOptions, Measurement, Measurements, Place};
 pub use numerics::Random;
 pub use prediction::{
     Arrival, Baseline, Prediction, Residual, RoomModel, Row, Split, all_figures, baselines, fit_row, mean_rows,
