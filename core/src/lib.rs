@@ -60,7 +60,7 @@ pub use scene::{
     AMBISONIC_CHANNELS, AmbisonicHead, Anchor, AnchorCloud, BASS_SIGNALS, BassEars, BassField, Corners, DiffractionEdge,
     Emission, HeldOut, ImageSource, ImageSources, Lifted, MAX_SCENE_BYTES, MeasuredHead, MeasuredRoom, Mover, NoHeadError,
     NotAmbisonicError, Provenance, ResponseMeasures, Scene, SceneCard, SceneError, SceneParts, Site, TailModel, TooCostly,
-    TurningRoom, Weather, ambisonic_dry, barrier_db, noise_share, wave_share,
+    TurningRoom, Weather, ambisonic_dry, barrier_db, lit_gain, noise_share, wave_share,
 };
 pub use spatializer::{BlockParams, Spatializer};
 pub use tier::{LiveParams, Quality, Tier};

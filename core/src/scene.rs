@@ -30,7 +30,7 @@ pub use ambisonics::{NotAmbisonicError, ambisonic_dry};
 pub(crate) use bass_field::Shares as BassShares;
 pub use bass_field::{BASS_SIGNALS, BassEars, BassField, noise_share, wave_share};
 pub use card::SceneCard;
-pub use corners::{Corners, DiffractionEdge, barrier_db};
+pub use corners::{Corners, DiffractionEdge, barrier_db, lit_gain};
 pub(crate) use corners::{MOST_ROUND, Round};
 pub(crate) use cost::Cost;
 pub use cost::TooCostly;

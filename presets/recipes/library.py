@@ -48,54 +48,55 @@ def obj(faces):
     return "\n".join(lines) + "\n"
 
 
-# Name: title, faces, source, options. Materials are names of `promenade simulate materials`.
+# Name: title, faces, source, gain in dB, options. Materials are names of `promenade simulate materials`. Gains make places about as loud
+# as each other.
 PLACES = {
     "dry-studio": (
         "Dry studio, 5 x 4 x 2.8 m",
         box(5, 4, 2.8, ["mineral_wool_50mm_70kgm3", "curtains_velvet", "mineral_wool_50mm_70kgm3", "panel_fabric_covered_8pcf"],
             "carpet_1.35_kg_m2", "ceiling_melamine_foam"),
-        (3.6, 2.2, 1.3), []),
+        (3.6, 2.2, 1.3), -5.1, []),
     "living-room": (
         "Living room, 6.2 x 4.4 x 2.5 m",
         box(6.2, 4.4, 2.5, ["plasterboard", "glass_window", "brickwork", "curtains_cotton_0.5"], "carpet_tufted_9.5mm", "ceiling_plasterboard"),
-        (4.9, 2.0, 1.2), []),
+        (4.9, 2.0, 1.2), -6.7, []),
     "stairwell": (
         "Stairwell, 5.2 x 3 x 13 m",
         box(5.2, 3, 13, ["rough_lime_wash"] * 4, "concrete_floor", "rough_concrete"),
-        (1.0, 0.9, 1.5), ["--grid", "0.6"]),
+        (1.0, 0.9, 1.5), -9.7, ["--grid", "0.6"]),
     "corridor": (
         "Corridor, 28 x 2.1 x 2.6 m",
         box(28, 2.1, 2.6, ["plasterboard", "wooden_door", "plasterboard", "wooden_door"], "linoleum_on_concrete", "ceiling_fissured_tile"),
-        (3.0, 1.0, 1.5), ["--grid", "1.2"]),
+        (3.0, 1.0, 1.5), -7.1, ["--grid", "1.2"]),
     "club": (
         "Club, 16 x 11 x 4.2 m",
         box(16, 11, 4.2, ["brick_wall_rough", "curtains_velvet", "brick_wall_rough", "wood_16mm"], "concrete_floor", "ceiling_fibre_absorber"),
-        (14.0, 5.5, 1.8), []),
+        (14.0, 5.5, 1.8), -1.8, []),
     "l-shaped-loft": (
         "L-shaped loft, 12 x 9 m, 3.4 m high",
         prism([(0, 0), (12, 0), (12, 4.5), (5, 4.5), (5, 9), (0, 9)], 3.4,
               ["facing_brick", "glass_window", "plasterboard", "plasterboard", "facing_brick", "facing_brick"], "wood_1.6cm", "rough_concrete"),
-        (2.4, 7.6, 1.5), []),
+        (2.4, 7.6, 1.5), -6.2, []),
     "concert-hall": (
         "Concert hall, 42 x 21 x 16 m",
         box(42, 21, 16, ["wooden_lining"] * 4, "audience_upholstered_chairs_1", "plasterboard"),
-        (37.5, 10.0, 1.6), ["--height", "2"]),
+        (37.5, 10.0, 1.6), 5.0, ["--height", "2"]),
     "cathedral": (
         "Cathedral nave, 62 x 19 x 27 m",
         box(62, 19, 27, ["lead_glazing", "limestone_wall", "lead_glazing", "limestone_wall"], "chairs_wooden", "rough_lime_wash"),
-        (54.0, 9.0, 1.8), ["--order", "4"]),
+        (54.0, 9.0, 1.8), 2.2, ["--order", "4"]),
     "parking-deck": (
         "Parking deck, 48 x 32 x 2.5 m, open at two sides",
         box(48, 32, 2.5, ["rough_concrete", None, "rough_concrete", None], "concrete_floor", "rough_concrete"),
-        (12.0, 14.0, 1.5), []),
+        (12.0, 14.0, 1.5), 1.3, []),
     "street": (
         "Street between houses, 60 x 13 m, 17 m high",
         box(60, 13, 17, ["smooth_brickwork_10mm_pointing", None, "smooth_brickwork_10mm_pointing", None], "concrete_floor", None),
-        (22.0, 4.0, 1.6), ["--grid", "4.5"]),
+        (22.0, 4.0, 1.6), 5.2, ["--grid", "4.5"]),
     "courtyard": (
         "Courtyard, 24 x 18 m, 12 m high",
         box(24, 18, 12, ["facing_brick"] * 4, "concrete_floor", None),
-        (8.0, 7.0, 1.6), []),
+        (8.0, 7.0, 1.6), 2.4, []),
 }
 
 
@@ -121,11 +122,11 @@ def main():
     args.folder.mkdir(parents=True, exist_ok=True)
     rows = ["| Place | File | kB | T20, s | C50, dB | STI |", "|---|---|---|---|---|---|"]
     for name in args.only:
-        title, faces, source, options = PLACES[name]
+        title, faces, source, gain, options = PLACES[name]
         mesh, scene, plan = (args.folder / f"{name}{end}" for end in (".obj", ".promenade", ".png"))
         mesh.write_text(obj(faces))
         place = ["--source", ",".join(map(str, source))]
-        run([args.promenade, "simulate", mesh, *place, "--head", args.head, "--rays", 65536, "--seed", SEED, "--title", title, "--credit", CREDIT, "--licence", LICENCE, *options, "-o", scene])
+        run([args.promenade, "simulate", mesh, *place, "--head", args.head, "--rays", 65536, "--gain", gain, "--seed", SEED, "--title", title, "--credit", CREDIT, "--licence", LICENCE, *options, "-o", scene])
         longest = max(max(corner[:2]) for _, corners in faces for corner in corners)
         figures = run([args.promenade, "map", mesh, *place, "--rays", 16384, "--length", 8, "--grid", longest / 20, "--seed", SEED, "-o", plan])
         values = [median(figures, measure) for measure in ("T20", "C50", "STI")]

@@ -84,12 +84,16 @@ pub fn lag_s(bins: impl Iterator<Item = (f64, Complex64)>) -> f64 {
         terms.sum()
     };
     let step_s = LONGEST_LAG_S / f64::from(LAG_STEPS);
-    let heights: Vec<(f64, f64)> =
-        (-LAG_STEPS..=LAG_STEPS).map(|i| (f64::from(i) * step_s, height(f64::from(i) * step_s))).collect();
-    let Some(best) = (0..heights.len()).max_by(|a, b| heights[*a].1.total_cmp(&heights[*b].1)) else { return 0.0 };
-    let at = |i: usize| heights.get(i).map_or(heights[best].1, |h| h.1);
-    let (before, peak, after) = (at(best.wrapping_sub(1)), heights[best].1, at(best + 1));
+    let at = |i: i32| height(f64::from(i) * step_s);
+    // Nothing that a low-pass leaves has two peaks within a coarse step.
+    let mut coarse: Vec<(i32, f64)> = (-LAG_STEPS..=LAG_STEPS).step_by(5).map(|i| (i, at(i))).collect();
+    coarse.sort_by(|a, b| b.1.total_cmp(&a.1));
+    let fine = coarse.iter().take(3).flat_map(|(middle, _)| middle - 4..=middle + 4).filter(|i| i.abs() <= LAG_STEPS);
+    let best = fine.map(|i| (i, at(i))).max_by(|a, b| a.1.total_cmp(&b.1).then(a.0.cmp(&b.0)));
+    let Some((best, peak)) = best else { return 0.0 };
+    let beside = |i: i32| if i.abs() <= LAG_STEPS { at(i) } else { peak };
+    let (before, after) = (beside(best - 1), beside(best + 1));
     let bend = before - 2.0 * peak + after;
     let part = if bend < 0.0 { (0.5 * (before - after) / bend).clamp(-0.5, 0.5) } else { 0.0 };
-    heights[best].0 + part * step_s
+    (f64::from(best) + part) * step_s
 }

@@ -17,7 +17,7 @@ use crate::number::{single, whole};
 use crate::octave::KILOHERTZ;
 use crate::render::ambisonic::{HeadConvolver, HeadSpectra, harmonics};
 use crate::render::decay_curve::DecayCurve;
-use crate::scene::{ImageSources, Lifted, MOST_ROUND, Round, barrier_db};
+use crate::scene::{ImageSources, Lifted, MOST_ROUND, Round, barrier_db, lit_gain};
 use crate::{Pose, Scene, StftGrid, Trim};
 use bus::Bus;
 use delay_line::DelayLine;
@@ -281,7 +281,10 @@ impl ImageVoices {
         let scene = Arc::clone(&self.scene);
         let Some(corners) = scene.corners() else { return };
         if moves {
-            self.assign(corners.round_at(pose.position));
+            // The direct sound has what edges take of it, unless the emitter is among the images.
+            let among = scene.images().is_some_and(|all| all.images.iter().any(|image| image.position == self.emitter));
+            let own = |round: &Round| among || round.image || !corners.edges[round.edge].is_lit();
+            self.assign(corners.round_at(pose.position).map(|round| round.filter(own)));
         }
         let direct = pose.position.distance(self.emitter);
         let speed = f64::from(scene.weather().speed_m_s());
@@ -293,24 +296,31 @@ impl ImageVoices {
                     let way = corners.way(round.edge, self.emitter, pose.position);
                     let after = f64::from(way.length_m - direct) * self.per_m;
                     let level = if round.image { self.level * self.levels.gain(after) } else { trim.direct };
-                    to.gain = round.weight / way.direct_m.max(NEAREST_M) * level;
+                    let gains = &corners.edges[round.edge].gains;
+                    // An image that is seen past an edge is heard whole, and here what the edge takes of it.
+                    let lit = corners.edges[round.edge].is_lit();
+                    to.gain = round.weight / way.direct_m.max(NEAREST_M) * if lit { -level } else { level };
                     let delay = self.base + after;
                     to.delay = delay.clamp(SHORTEST, self.longest);
                     to.direction = harmonics(pose.to_head(way.bend).normalize_or_zero());
-                    let gains = &corners.edges[round.edge].gains;
                     let log_gains = std::array::from_fn(|given| {
                         let octave = octave_of(given);
                         let decay = if round.image { self.levels.log_gain(octave, after) } else { 0.0 };
-                        let gain = gains[octave].max(1e-5).ln() + decay;
-                        let db = barrier_db(way.detour_m.into(), GIVEN_HZ[given].into(), speed);
-                        gain - way.length_m * self.air[given] - single(db * std::f64::consts::LN_10 / 20.0)
+                        let gain = gains[octave].abs().max(1e-5).ln() + decay;
+                        let (detour_m, hz) = (way.detour_m.into(), GIVEN_HZ[given].into());
+                        let share = if lit {
+                            1.0 - lit_gain(detour_m, hz, speed)
+                        } else {
+                            10.0_f64.powf(-barrier_db(detour_m, hz, speed) / 20.0)
+                        };
+                        gain - way.length_m * self.air[given] + single(share.max(1e-5).ln())
                     });
                     voice.weights = self.filters.walls.weights(&log_gains);
                 }
             }
             let from = if fresh { to } else { voice.now };
             voice.now = to;
-            if sounds && (from.gain > 0.0 || to.gain > 0.0) {
+            if sounds && (from.gain != 0.0 || to.gain != 0.0) {
                 desk.play(&self.line, &voice.weights, from, to);
             }
         }

@@ -17,7 +17,7 @@ pub struct Corners {
     pub places: [Axis; 3],
     /// How much of the emitter is seen at each, 0 to 1, `[z][y][x]`.
     pub direct: Vec<f32>,
-    /// The edge that it is heard round there, by its number; [`Corners::NO_EDGE`] for none.
+    /// The edge that it is heard round there, or past which it is seen, by its number; [`Corners::NO_EDGE`] for none.
     pub round: Vec<f32>,
     /// The edges that images are heard round there, as many tables one after the other as a place has of them at most,
     /// `[table][z][y][x]`, with numbers as in [`Corners::round`].
@@ -35,7 +35,7 @@ pub struct DiffractionEdge {
     /// World, metres.
     pub ends: [Vec3; 2],
     /// What the emitter sends to it, and what is left of that on the way: amplitude at 1 m by octave, as image sources have
-    /// theirs.
+    /// theirs. Below 0 where what sends it is seen past the edge: of that the edge leaves what [`lit_gain`] says.
     pub gains: Octaves,
     /// Where its sound comes from if that is not the emitter, world, metres: an image, or a place behind another edge as far
     /// away as the way is long.
@@ -50,6 +50,16 @@ pub fn barrier_db(detour_m: f64, hz: f64, speed_m_s: f64) -> f64 {
     let root = (std::f64::consts::TAU * fresnel).sqrt();
     let ratio = if root < 1e-6 { 1.0 } else { root / root.tanh() };
     5.0 + 20.0 * ratio.log10()
+}
+
+/// Amplitude that an edge leaves of a sound that passes it in sight, beside its shadow, when the way over it is this much longer
+/// than the straight one: 5 dB below all of it at the border of the shadow, all from a Fresnel number of .19 on (Kurze and
+/// Anderson 1971).
+#[must_use]
+pub fn lit_gain(detour_m: f64, hz: f64, speed_m_s: f64) -> f64 {
+    let root = (std::f64::consts::TAU * 2.0 * detour_m.max(0.0) * hz / speed_m_s).sqrt();
+    // The tangent passes all of it before it is infinite.
+    if root > 1.2 { 1.0 } else { (10.0_f64.powf(-0.25) * root.max(1e-6).tan() / root.max(1e-6)).min(1.0) }
 }
 
 /// What is heard round an edge.
@@ -71,6 +81,13 @@ pub(crate) struct Way {
     pub(crate) length_m: f32,
     pub(crate) direct_m: f32,
     pub(crate) detour_m: f32,
+}
+
+impl DiffractionEdge {
+    /// Whether what sends its sound is seen past it.
+    pub(crate) fn is_lit(&self) -> bool {
+        self.gains[0] < 0.0
+    }
 }
 
 impl Corners {
@@ -120,7 +137,7 @@ impl Corners {
             }
         };
         for (place, weight) in Axis::places_around(&self.places, position) {
-            add(self.round[place], weight * (1.0 - self.direct[place]), false);
+            add(self.round[place], weight, false);
             for table in self.images.chunks_exact(self.direct.len().max(1)) {
                 add(table[place], weight, true);
             }

@@ -1,6 +1,7 @@
 //! The integration tests of this package in one program: what they share is compiled and linked once.
 
 mod common;
+mod curved;
 mod diffraction;
 mod extremes;
 mod images;

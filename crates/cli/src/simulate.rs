@@ -7,7 +7,7 @@ pub(crate) mod places;
 mod room;
 mod scene;
 
-pub(crate) use self::room::{room, source};
+pub(crate) use self::room::{mesh, room, source};
 
 use crate::args::{ClipArgs, RunArgs, Simulate, SimulateArgs};
 use crate::{capture, hrtf, path, report};
@@ -73,6 +73,14 @@ fn head_of(run: &RunArgs, rate: u32, [credit, licence]: [Option<&String>; 2]) ->
 }
 
 impl Run<'_> {
+    /// Refuses what only scenes have.
+    fn check(&self) -> Result<()> {
+        if self.args.gain != 0.0 {
+            bail!("{}: expected --gain for a scene, found responses to write", self.output.display());
+        }
+        Ok(())
+    }
+
     fn options(&self) -> MeshOptions {
         MeshOptions {
             order: self.order,

@@ -52,7 +52,7 @@ pub(crate) fn run(args: &FitArgs, t20: &T20) -> Result<()> {
     let Some(output) = output else { return Ok(()) };
     let made = format!("fit of materials to reverberation times, promenade {}", env!("CARGO_PKG_VERSION"));
     let fitted = WALLS.iter().zip(&named.materials).map(|(name, m)| ((*name).to_owned(), described(m, &matched.factors)));
-    let beside = MaterialsBeside { made, materials: fitted.collect() };
+    let beside = MaterialsBeside { made, materials: fitted.collect(), source: None };
     let files = [
         (output.to_owned(), box_obj(&walls)),
         (output.with_extension("materials.json"), serde_json::to_string_pretty(&beside)? + "\n"),

@@ -303,6 +303,59 @@ fn a_box_becomes_a_scene_that_ambisonic_microphones_hear() {
     assert!(!folder.path().join("none.wav").exists());
 }
 
+/// Level of what a listener hears of a click in a scene, dB.
+fn heard_db(folder: &Path, scene: &str, pose: &str) -> f64 {
+    let text = |name: &str| folder.join(name).to_str().unwrap().to_owned();
+    let (click, out) = (text("click.wav"), text("heard.wav"));
+    let mut dry = vec![0.0; 32_000];
+    dry[100] = 1.0;
+    wav::write(Path::new(&click), 16_000, &[&dry], Format::Float32).unwrap();
+    succeeds(&["render", scene, &click, &out, "--bits", "32f", "--pose", pose]);
+    let heard = wav::read(Path::new(&out)).unwrap().channels;
+    10.0 * heard.iter().flatten().map(|v| f64::from(*v).powi(2)).sum::<f64>().log10()
+}
+
+#[test]
+fn a_scene_is_as_loud_however_it_is_made_and_its_recipe_makes_it_again() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
+    head(&folder.path().join("head"));
+    let (ears, mesh, scene, again) = (text("head"), text("room.obj"), text("a.promenade"), text("b.promenade"));
+    std::fs::write(&mesh, ROOM).unwrap();
+    let of_mesh = ["simulate", &mesh, "--source", "3,3.2,1.5", "--head", &ears, "--rate", "16000", "--rays", "8000"];
+    let pose = "2,1.2,1.5,40,0,0";
+    let made = |options: &[&str]| {
+        succeeds(&[&of_mesh[..], &["--order", "4", "--waves", "0", "-o", &scene], options].concat());
+        heard_db(folder.path(), &scene, pose)
+    };
+    let rules = ["--materials", "*=0.1"];
+    let [fine, coarse] = ["0.5", "2"].map(|grid| made(&[&rules[..], &["--grid", grid]].concat()));
+    assert!((fine - coarse).abs() < 0.3, "{fine} and {coarse} dB");
+    let louder = made(&[&rules[..], &["--grid", "2", "--gain", "-7"]].concat());
+    assert!((louder - coarse + 7.0).abs() < 0.05, "{louder} and {coarse} dB");
+    let of_box = ["simulate", "box", "--size", "6,4,2.8", "--emitter", "3,3.2,1.5", "--head", &ears, "--rate", "16000"];
+    succeeds(&[&of_box[..], &["--absorption", "0.1", "--waves", "0", "-o", &scene]].concat());
+    let lengths = heard_db(folder.path(), &scene, pose);
+    assert!((lengths - coarse).abs() < 0.4, "{lengths} and {coarse} dB");
+    // Everything that is not as it is by itself.
+    let options = ["--grid", "1.7", "--height", "1.2", "--margin", "0.4", "--beams", "900", "--scale", "1.1", "--gain", "-3"];
+    let more = ["--seed", "4", "--images", "20", "--head-turns", "2", "--humidity", "40", "--flatten", "0.001"];
+    let first = [&rules[..], &options, &more, &["--title", "Room"]].concat();
+    made(&first);
+    let bytes = std::fs::read(&scene).unwrap();
+    let (about, _) = succeeds(&["inspect", &scene, "--json"]);
+    let about: serde_json::Value = serde_json::from_str(&about).unwrap();
+    let recipe = about["recipe"].as_str().unwrap().replace('\'', "");
+    let words: Vec<&str> = recipe.split(' ').collect();
+    let words = words.iter().map(|word| match *word {
+        "room.obj" => mesh.as_str(),
+        "head" => ears.as_str(),
+        other => other,
+    });
+    succeeds(&[&words.collect::<Vec<&str>>()[..], &["--title", "Room", "-o", &again]].concat());
+    assert!(std::fs::read(&again).unwrap() == bytes, "{recipe}");
+}
+
 /// Names and contents of all files of a folder.
 fn files(folder: &Path) -> std::collections::BTreeMap<String, Vec<u8>> {
     let name = |path: &Path| path.file_name().unwrap().to_str().unwrap().to_owned();

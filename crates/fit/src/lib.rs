@@ -34,7 +34,8 @@ pub use prediction::{
     prediction_errors,
 };
 pub use report::{
-    Curve, FittedRoom, MaterialsBeside, PictureNames, absorption_svg, box_obj, decays_svg, full_mesh, plan_svg, table,
+    Curve, FittedRoom, MaterialsBeside, PictureNames, SourceBeside, absorption_svg, box_obj, decays_svg, full_mesh, plan_svg,
+    table,
 };
 pub use room::{BoxPath, FlatRoom, FlatWall, Form, MOST_PATCHES, Patch, Path, Sequences, Voxels, WALLS, Walls};
 pub use search::{Scanned, Searched, search_box};

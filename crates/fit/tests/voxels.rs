@@ -171,7 +171,7 @@ fn surfaces_that_no_sound_has_met_are_guessed_from_those_that_look_alike() {
     assert!(seeing.left < 0.9 * whole.left);
     // Written for other commands: patches in groups of their surface.
     let mesh = full_mesh(&seeing).unwrap();
-    let beside = MaterialsBeside::of(&seeing, "test");
+    let beside = MaterialsBeside::of(&seeing, &set, "test").unwrap();
     assert!(mesh.groups.iter().all(|group| beside.materials.contains_key(group)), "{:?}", mesh.groups);
     assert!(mesh.groups.contains(&"x0.1".to_owned()) && mesh.groups.len() <= 6 * 8, "{:?}", mesh.groups);
     let mut changed = seeing;

@@ -34,6 +34,8 @@ fn main() {
             images: 60,
             air: Air::default(),
             waves_hz: None,
+            layer_m: None,
+            gain_db: 0.0,
             seed: 1,
             title: name.to_owned(),
             recipe: String::new(),

@@ -21,4 +21,4 @@ pub use late::{HopEnergies, LONGEST_EARLY_S, LateEnergies, SHORTEST_EARLY_S, ear
 pub use reverberation::{Matched, Missed, Some7, T20_S, factored, match_t20, measured_t20_s, t20_s};
 pub use scene_head::SceneHead;
 pub use shoebox_room::{PLAYED_IMAGES, SIZES_M, SceneOptions, ShoeboxRoom};
-pub use surfaces::{LatePart, Level, Places, Played, PlayedImage, Surfaces, energy_at, outline};
+pub use surfaces::{LatePart, Places, Played, PlayedImage, Surfaces, outline};

@@ -4,8 +4,7 @@
 //! averaging). The same particles fly for any absorption, so that T20 changes smoothly with it.
 
 use crate::error::RoomError;
-use promenade_acoustics::{Air, BANDS, Material, OCTAVES_HZ, ParticleOptions, Shoebox, octave_place};
-use promenade_metrics::{backward_integral, slope};
+use promenade_acoustics::{Air, BANDS, Echogram, Material, OCTAVES_HZ, ParticleOptions, Shoebox, decay_time_s, octave_place};
 use std::f64::consts::LN_10;
 use std::fmt::{self, Display, Formatter};
 
@@ -109,6 +108,11 @@ fn changed(walls: &Shoebox, factors: &[f64; BANDS]) -> Shoebox {
 /// # Errors
 /// A box, a material or a source that is none.
 pub fn t20_s(walls: &Shoebox, air: Air, source: [f64; 3], seed: u64) -> Result<Some7, RoomError> {
+    Ok(octaves(&decaying(walls, air, source, seed)?))
+}
+
+/// The energy in a box over time, as long as its octaves decay after Eyring.
+pub(crate) fn decaying(walls: &Shoebox, air: Air, source: [f64; 3], seed: u64) -> Result<Echogram, RoomError> {
     let eyring = walls.eyring_t60_s(Some(air));
     let longest = eyring.into_iter().fold(T20_S.0, f64::max).min(T20_S.1);
     let shortest = eyring.into_iter().fold(longest, f64::min).max(T20_S.0);
@@ -121,39 +125,22 @@ fn traced(
     source: [f64; 3],
     (shortest_s, longest_s): (f64, f64),
     seed: u64,
-) -> Result<Some7, RoomError> {
+) -> Result<Echogram, RoomError> {
     let reach_s = walls.size.iter().map(|l| l * l).sum::<f64>().sqrt() / air.speed_m_s();
     let length_s = LENGTH * longest_s + reach_s;
-    let bin_s = (length_s / BINS.0).min(shortest_s / BINS.2).max(length_s / BINS.1);
     let options = ParticleOptions {
         particles: (PARTICLES_A_SECOND / length_s).clamp(PARTICLES.0, PARTICLES.1) as usize,
         length_s,
-        bin_s,
+        bin_s: (length_s / BINS.0).min(shortest_s / BINS.2).max(length_s / BINS.1),
         cells: [1; 3],
         air: Some(air),
         seed,
     };
-    let all = walls.late_field(source, &[], &options)?;
-    let decay = |band: usize| {
-        let energies: Vec<f64> = all[0].bins.iter().map(|bin| f64::from(bin.energy[band])).collect();
-        of_energies(&energies, bin_s)
-    };
-    Ok(std::array::from_fn(decay))
+    Ok(walls.late_field(source, &[], &options)?.swap_remove(0))
 }
 
-/// T20 of energies by bin, from their backward integral.
-fn of_energies(energies: &[f64], bin_s: f64) -> Option<f64> {
-    let left = backward_integral(energies.iter().copied());
-    let sum = left.first().copied().unwrap_or(0.0);
-    let db: Vec<f64> = left.iter().map(|e| 10.0 * (e / sum).max(1e-30).log10()).collect();
-    // Energies that have not fallen by more than that when they end have no known slope.
-    if sum <= 0.0 || db.last().is_none_or(|last| *last > -25.0) {
-        return None;
-    }
-    let inside = db.iter().enumerate().filter(|(_, d)| (-25.0..=-5.0).contains(*d));
-    let points: Vec<(f64, f64)> = inside.map(|(i, d)| (i as f64 * bin_s, *d)).collect();
-    let t20 = slope(&points).filter(|_| points.len() > 3).map(|s| -60.0 / s)?;
-    (t20.is_finite() && t20 > 0.0).then_some(t20)
+fn octaves(echogram: &Echogram) -> Some7 {
+    std::array::from_fn(|band| echogram.t20_s(band))
 }
 
 /// Finds factors with which a box has the reverberation times that are asked for; octaves of which nothing is asked stay as
@@ -187,7 +174,7 @@ pub fn match_t20(walls: &Shoebox, air: Air, source: [f64; 3], wanted_s: &Some7, 
     }
     let mut best: Option<([f64; BANDS], Some7, [f64; BANDS])> = None;
     for _ in 0..STEPS {
-        let found = traced(&changed(walls, &factors), air, source, (shortest, longest), seed)?;
+        let found = octaves(&traced(&changed(walls, &factors), air, source, (shortest, longest), seed)?);
         let off = |b: usize| wanted_s[b].map_or(0.0, |w| found[b].map_or(f64::INFINITY, |t| (t / w).ln().abs()));
         let off: [f64; BANDS] = std::array::from_fn(off);
         match &mut best {
@@ -242,13 +229,13 @@ pub fn measured_t20_s(channels: &[Vec<f32>], sample_rate_hz: f64) -> Some7 {
         if 1.2 * hz > 0.5 * sample_rate_hz {
             return None;
         }
-        let all: Vec<f64> = channels.iter().filter_map(|x| decay_s(x, sample_rate_hz, hz)).collect();
+        let all: Vec<f64> = channels.iter().filter_map(|x| octave_t20_s(x, sample_rate_hz, hz)).collect();
         (!all.is_empty()).then(|| all.iter().sum::<f64>() / all.len() as f64)
     };
     std::array::from_fn(of)
 }
 
-fn decay_s(x: &[f32], sample_rate_hz: f64, hz: f64) -> Option<f64> {
+fn octave_t20_s(x: &[f32], sample_rate_hz: f64, hz: f64) -> Option<f64> {
     let octave = promenade_metrics::octave_of(x, sample_rate_hz, hz);
     let start = promenade_metrics::onset(&octave)?;
     let samples = ((MEASURED_BIN_S * sample_rate_hz).round() as usize).max(1);
@@ -262,7 +249,7 @@ fn decay_s(x: &[f32], sample_rate_hz: f64, hz: f64) -> Option<f64> {
     // Twice the noise's energy, over four bins, is where the decay itself has as much as the noise.
     let end = energies.windows(4).position(|w| w.iter().sum::<f64>() < 8.0 * noise).unwrap_or(energies.len());
     let decay: Vec<f64> = energies[..end].iter().map(|e| (e - noise).max(0.0)).collect();
-    of_energies(&decay, samples as f64 / sample_rate_hz)
+    decay_time_s(&decay, samples as f64 / sample_rate_hz, -25.0)
 }
 
 #[cfg(test)]

@@ -3,9 +3,10 @@
 use crate::bass::{CROSSOVERS_HZ, RoomBass, bass_axis, bass_places, crossover_hz, whole_hz};
 use crate::error::RoomError;
 use crate::late::{HopEnergies, LONGEST_T60_S, LateEnergies, early_taps, sided};
+use crate::reverberation::decaying;
 use crate::scene_head::SceneHead;
-use crate::surfaces::{LatePart, Level, Places, Played, Surfaces, energy_at, outline};
-use promenade_acoustics::{Air, BoxImage, Echogram, LowPlaces, ParticleOptions, Reflected, Shoebox, box_images};
+use crate::surfaces::{LatePart, Places, Played, Surfaces, outline};
+use promenade_acoustics::{Air, BoxImage, Echogram, LowPlaces, ParticleOptions, Reflected, Shoebox, box_images, low_t20_s};
 use promenade_core::glam::{DVec3, Vec3};
 use promenade_core::{Axis, Pose, Provenance, Scene, TailModel, TransferShape, late_share};
 use std::f32::consts::PI;
@@ -62,6 +63,10 @@ pub struct SceneOptions {
     /// Below this frequency, Hz, the sum over modes is in the place of images and particles; 0 for none. Without it as high as
     /// the room's size asks for and time allows.
     pub waves_hz: Option<f64>,
+    /// Height over the floor of the one layer of places that waves have, metres; without it there are as many as waves need.
+    pub layer_m: Option<f32>,
+    /// Level of the direct sound at 1 m over that of the dry sound, dB.
+    pub gain_db: f64,
     /// Seed of scattering and noise.
     pub seed: u64,
     /// Name shown to the user.
@@ -89,8 +94,7 @@ impl ShoeboxRoom {
     /// The room as a scene that is heard with a head: its strongest image sources, exact and seen from everywhere, and noise
     /// with the energy of all other sound by time, band and place. The same input makes the same scene.
     ///
-    /// Levels are such that a listener at 1 m from the emitter in a diffuse field of the room's mean energy at 1 kHz hears a
-    /// gain of 1.
+    /// At a gain of 0 dB the direct sound at 1 m has the level of the dry sound.
     ///
     /// # Errors
     /// A side that is not finite or outside [`SIZES_M`], a share of a material outside 0 to 1, an emitter that is not in the
@@ -133,8 +137,6 @@ impl ShoeboxRoom {
         let heard = places.at.iter().zip(&echograms);
         let late =
             |(at, echogram): (&DVec3, &Echogram)| LateEnergies::of(echogram, at.distance(emitter) / air.speed_m_s(), head);
-        let of_played = || played.images.iter().map(|image| (image.position, image.gains));
-        let energies = heard.clone().map(|(at, echogram)| energy_at(*at, of_played(), echogram)).collect();
         let size = Vec3::from_array(walls.size.map(|length| length as f32));
         let inset = Vec3::splat(MARGIN_M).min(0.45 * size);
         let bass = self.bass(source, longest, options)?;
@@ -148,8 +150,7 @@ impl ShoeboxRoom {
             emission: None,
             corners: None,
             bass,
-            energies,
-            level: Level::OneMetre,
+            gain: 10.0_f64.powf(options.gain_db / 20.0),
             typical_t60_s: longest,
             air: Some(air),
             start_pose: self.start_pose(inset),
@@ -179,7 +180,9 @@ impl ShoeboxRoom {
         };
         loop {
             let off = Vec3::splat(BASS_OFF_WALLS_M).min(0.2 * size);
-            let axes = [0, 1, 2].map(|axis| bass_axis(off[axis], size[axis] - off[axis], crossover_hz, axis == 2));
+            let layer = options.layer_m.map(|height| Axis::single(height.clamp(off.z, size.z - off.z)));
+            let axis = |axis: usize| bass_axis(off[axis], size[axis] - off[axis], crossover_hz, axis == 2);
+            let axes = [axis(0), axis(1), layer.unwrap_or_else(|| axis(2))];
             let coordinates = axes.each_ref().map(|axis| axis.nodes().iter().map(|at| f64::from(*at)).collect());
             let places = LowPlaces { axes: coordinates, top_hz: whole_hz(crossover_hz), length_s, speed_m_s };
             if options.waves_hz.is_none() && walls.low_field_cost(&places) > MOST_BASS {
@@ -191,7 +194,10 @@ impl ShoeboxRoom {
             }
             let mut field = walls.low_field(source, &places)?;
             let at: Vec<[f64; 3]> = bass_places(&axes).iter().map(DVec3::to_array).collect();
-            field.without_direct(source, &at, speed_m_s);
+            field.add_direct(-1.0, source, &at, speed_m_s);
+            if let Some(t20_s) = low_t20_s(&[decaying(walls, options.air, source, options.seed)?]) {
+                field.decay_as(0..at.len(), t20_s);
+            }
             let moved = |(axis, by): (&Axis, f32)| {
                 Axis::new(axis.nodes().iter().map(|at| at + by).collect(), false).unwrap_or_else(|| axis.clone())
             };

@@ -4,9 +4,8 @@ use crate::bass::RoomBass;
 use crate::error::RoomError;
 use crate::late::{HopEnergies, LateEnergies, decay_s, early_taps, time_filters};
 use crate::scene_head::SceneHead;
-use promenade_acoustics::{Air, BANDS, Echogram, Image, OCTAVES_HZ, Octaves};
+use promenade_acoustics::{Air, BANDS, Image, OCTAVES_HZ, Octaves};
 use promenade_core::glam::{DVec3, Vec3};
-use promenade_core::octave::KILOHERTZ;
 use promenade_core::{
     Anchor, Axis, Corners, Emission, Facing, Field, FieldGrid, ImageSource, ImageSources, Pose, Provenance, Rows, Scene,
     SceneParts, TailModel, TransferShape, Weather,
@@ -15,8 +14,6 @@ use std::collections::BTreeMap;
 
 /// Images farther than this from the emitter are left to the late energies, metres: scenes have none.
 const FARTHEST_M: f64 = 199.0;
-/// An image is no louder than at the square root of this distance, square metres.
-const NEAREST_M2: f64 = 0.06;
 /// Metres between points of an outline at least, and points that it has at most.
 const OUTLINE_M: f32 = 0.25;
 const OUTLINE_POINTS: usize = 4000;
@@ -113,34 +110,6 @@ fn walls(image: &Image) -> Octaves {
     std::array::from_fn(|octave| image.gains[octave] / image.directivity[octave])
 }
 
-/// What a gain of 1 is in a scene.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Level {
-    /// All sound at the loudest place.
-    LoudestPlace,
-    /// The direct sound at 1 m together with the mean of what walls reflect to the places.
-    OneMetre,
-}
-
-impl Level {
-    /// Gain of a scene whose places have these energies, as of [`energy_at`].
-    fn gain(self, energies: &[f64]) -> f64 {
-        let energy = match self {
-            Self::LoudestPlace => energies.iter().copied().fold(0.0, f64::max),
-            Self::OneMetre => 1.0 + energies.iter().sum::<f64>() / energies.len().max(1) as f64,
-        };
-        if energy > 0.0 { energy.sqrt().recip() } else { 1.0 }
-    }
-}
-
-/// Energy at 1 kHz that images and the rest bring to a place, over that of the direct sound at 1 m.
-pub fn energy_at(at: DVec3, images: impl Iterator<Item = (DVec3, Octaves)>, rest: &Echogram) -> f64 {
-    let of = |(position, gains): (DVec3, Octaves)| {
-        f64::from(gains[KILOHERTZ]).powi(2) / at.distance_squared(position).max(NEAREST_M2)
-    };
-    images.map(of).sum::<f64>() + rest.energy(KILOHERTZ)
-}
-
 /// How the noise of a room's late part is known and what a head's turns make of it.
 pub trait LatePart {
     /// Energy per hop and band that the late part has at a gain of 1, with the noise that `tail` names afterwards. `late` is
@@ -182,10 +151,8 @@ pub struct Surfaces {
     pub corners: Option<Corners>,
     /// The bass by waves, which then plays below its crossover in the place of all else.
     pub bass: Option<RoomBass>,
-    /// Of each place, as of [`energy_at`].
-    pub energies: Vec<f64>,
-    /// What a gain of 1 is.
-    pub level: Level,
+    /// Amplitude of the direct sound at 1 m, over that of the dry sound.
+    pub gain: f64,
     /// The longest reverberation time that is expected, seconds: taps cover half of it.
     pub typical_t60_s: f64,
     /// What the air takes of images and direct sound.
@@ -214,7 +181,7 @@ impl Surfaces {
         let to_start = |i: &usize| self.places.at[*i].distance_squared(self.start_pose.position.as_dvec3());
         let start = (0..self.places.at.len()).min_by(|a, b| to_start(a).total_cmp(&to_start(b))).unwrap_or(0);
         let unit = noise.unit(&mut tail, shape, &self.late, start)?;
-        let gain = self.level.gain(&self.energies);
+        let gain = self.gain;
         let rows = self.late.iter().map(|late| time_filters(&late.energies, &unit, shape, gain)).collect();
         let (yaw, rows) = noise.turned(rows, &self.late, shape);
         let mut table = Vec::new();

@@ -188,7 +188,19 @@ impl DrawnRoom {
             room.walls.materials.each_ref().map(described).join(";")
         };
         let recipe = format!("simulate box --size {x},{y},{z} --emitter {ex},{ey},{ez} --materials '{materials}'");
-        room.scene(head, &SceneOptions { images: PLAYED_IMAGES, air: Air::default(), waves_hz: None, seed: 1, title, recipe })
+        room.scene(
+            head,
+            &SceneOptions {
+                images: PLAYED_IMAGES,
+                air: Air::default(),
+                waves_hz: None,
+                layer_m: None,
+                gain_db: 0.0,
+                seed: 1,
+                title,
+                recipe,
+            },
+        )
     }
 }
 

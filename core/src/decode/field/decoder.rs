@@ -6,7 +6,7 @@ use crate::decode::{Change, Decoder};
 use crate::minimum_phase::{GIVEN_HZ, magnitude, octave_of, phase};
 use crate::number::single;
 use crate::octave::Octaves;
-use crate::{ImageSources, LiveParams, MeasuredRoom, NEAREST_M, Pose, Scene, TransferFunction};
+use crate::{Corners, ImageSources, LiveParams, MeasuredRoom, NEAREST_M, Pose, Scene, TransferFunction, lit_gain};
 use glam::Vec3;
 use std::sync::Arc;
 
@@ -110,6 +110,27 @@ impl Air {
     }
 }
 
+/// Takes from the direct sound what edges take beside their shadows.
+fn shade(scene: &Scene, corners: &Corners, emitter: Vec3, position: Vec3, mixture: &mut [f32]) {
+    let seen = corners.direct_at(position).max(1e-6);
+    let (grid, speed) = (scene.grid(), f64::from(scene.weather().speed_m_s()));
+    for round in corners.round_at(position).into_iter().flatten() {
+        let edge = &corners.edges[round.edge];
+        if !edge.is_lit() || edge.from.is_some() {
+            continue;
+        }
+        let detour_m = f64::from(corners.way(round.edge, emitter, position).detour_m);
+        for (k, gain) in mixture.iter_mut().enumerate() {
+            let taken = 1.0 - single(lit_gain(detour_m, grid.bin_hz(k), speed));
+            // It falls with frequency.
+            if taken <= 0.0 {
+                break;
+            }
+            *gain *= 1.0 - (round.weight / seen).min(1.0) * taken;
+        }
+    }
+}
+
 /// The colour that the direct sound has by the direction in which it leaves the emitter.
 struct Sent {
     emitter: Vec3,
@@ -168,6 +189,9 @@ impl Decoder for FieldDecoder {
         }
         if let Some(air) = &mut self.air {
             air.apply(pose, &mut self.transfer.mixture);
+        }
+        if let (Some(corners), Some(emitter)) = (self.scene.corners(), field.emitter()) {
+            shade(&self.scene, corners, emitter, pose.position, &mut self.transfer.mixture);
         }
         if let (Some(sent), Some(images)) = (&self.sent, self.scene.images()) {
             sent.apply(images, pose, &mut self.transfer);

@@ -1,22 +1,38 @@
-//! One edge, and where sound passes it.
+//! One edge, and how sound passes it.
 
 use super::path::DiffractionPath;
 use crate::octave::Octaves;
 use glam::DVec3;
 use std::f64::consts::{PI, TAU};
 
+/// What is flat to a hundredth of a degree is no edge, radians.
+const FLAT: f64 = 2e-4;
+/// Nearer than this to the border of a shadow, radians, a place may be on either side of it, or on a surface.
+const BORDER: f64 = 1e-3;
+
 /// An edge that sound can go round.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Edge {
-    start: DVec3,
+    pub(super) start: DVec3,
     /// Unit length.
-    along: DVec3,
+    pub(super) along: DVec3,
     pub(super) length: f64,
     /// Unit vectors across the edge: along the surface that the open space begins at, and from it into the open space.
-    first: DVec3,
+    pub(super) first: DVec3,
     up: DVec3,
     /// Angle of the open space, more than pi, radians.
-    open: f64,
+    pub(super) open: f64,
+}
+
+/// How the shortest way over an edge goes from one place to another.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Pass {
+    /// Where it passes the edge, metres.
+    pub(super) at: DVec3,
+    /// How much longer it is than the straight way, metres.
+    pub(super) detour_m: f64,
+    /// Whether the edge hides one place from the other, or does so within rounding.
+    pub(super) hidden: bool,
 }
 
 impl Edge {
@@ -34,8 +50,7 @@ impl Edge {
         let (open, begin) = gaps.max_by(|a, b| a.0.total_cmp(&b.0))?;
         let turned = |angle: f64| angle.cos() * x + angle.sin() * y;
         let edge = Self { start, along, length: start.distance(end), first: turned(begin), up: turned(begin + 0.5 * PI), open };
-        // What is flat to a hundredth of a degree is no edge.
-        (open > PI + 2e-4).then_some(edge)
+        (open > PI + FLAT).then_some(edge)
     }
 
     /// Along the edge, away from it and the angle from the first surface, 0 to 2 pi.
@@ -44,13 +59,22 @@ impl Edge {
         ((point - self.start).dot(self.along), x.hypot(y), y.atan2(x).rem_euclid(TAU))
     }
 
-    /// The point of the edge that the shortest path from one place to another in its shadow goes through: both sides of the
-    /// edge unfolded into a plane, it is straight.
-    pub(super) fn bend(&self, from: DVec3, to: DVec3) -> Option<DVec3> {
-        let ((_, _, angle), (_, _, other_angle)) = (self.cylinder(from), self.cylinder(to));
-        let hidden = angle.max(other_angle) < self.open && (angle - other_angle).abs() > PI;
+    /// The shortest way from one place to another over the edge, if it passes between its ends and both places are in the open:
+    /// both sides of the edge unfolded into a plane, it is straight.
+    pub(super) fn passed(&self, from: DVec3, to: DVec3) -> Option<Pass> {
+        let in_the_open = |point: DVec3| {
+            let (_, _, angle) = self.cylinder(point);
+            let angle = if angle > TAU - BORDER { 0.0 } else { angle };
+            (angle < self.open + BORDER).then_some(angle)
+        };
+        let turn = (in_the_open(from)? - in_the_open(to)?).abs();
         let at = self.pass(from, to);
-        (hidden && (0.0..=self.length).contains(&at)).then(|| self.at(at))
+        if !(0.0..=self.length).contains(&at) {
+            return None;
+        }
+        let at = self.at(at);
+        let detour_m = (from.distance(at) + at.distance(to) - from.distance(to)).max(0.0);
+        Some(Pass { at, detour_m, hidden: turn > PI - BORDER })
     }
 
     /// How far along the edge's line the shortest path passes it, metres from its start.
@@ -63,23 +87,21 @@ impl Edge {
         self.start + along_m * self.along
     }
 
-    /// The path of sound that comes from somewhere with gains and passes the edge at a place.
-    pub(super) fn path(&self, from: DVec3, at: DVec3, listener: DVec3, gains: Octaves) -> Option<DiffractionPath> {
+    /// The path of sound that comes from somewhere with gains and passes the edge at a place, of which a listener who sees past
+    /// the edge hears what it takes away.
+    pub(super) fn path(&self, from: DVec3, at: DVec3, listener: DVec3, gains: Octaves, lit: bool) -> Option<DiffractionPath> {
         let path_m = from.distance(at) + at.distance(listener);
         let direct_m = from.distance(listener);
         Some(DiffractionPath {
             position: (listener + (at - listener).try_normalize()? * path_m).to_array(),
             path_m,
-            detour_m: path_m - direct_m,
+            detour_m: (path_m - direct_m).max(0.0),
             direct_m,
             from: from.to_array(),
             gains,
-            edge: self.ends(),
+            edge: [self.start, self.start + self.length * self.along].map(|end| end.to_array()),
+            lit,
         })
-    }
-
-    fn ends(&self) -> [[f64; 3]; 2] {
-        [self.start, self.start + self.length * self.along].map(|end| end.to_array())
     }
 
     /// Into the middle of the open space.

@@ -2,9 +2,10 @@
 
 use crate::SPEED_OF_SOUND_M_S;
 use crate::octave::{OCTAVES_HZ, Octaves, octave_energy};
-use promenade_core::barrier_db;
+use promenade_core::{barrier_db, lit_gain};
 
-/// Sound round an edge, as a listener hears it: of the source, of one of its images, or of what came round another edge.
+/// Sound round an edge, as a listener hears it: of the source, of one of its images, or of what came round another edge. Of a
+/// listener who sees past the edge it is what the edge takes away.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DiffractionPath {
     /// Where it seems to come from, metres: behind the edge, as far away as its path is long.
@@ -18,18 +19,28 @@ pub struct DiffractionPath {
     /// Where the sound that reaches the edge comes from, metres: the source, its image, or behind another edge, as far away
     /// as the path is long.
     pub from: [f64; 3],
-    /// The source's directivity towards the edge, times what walls and an edge on the path leave of it: amplitudes by octave.
+    /// The source's directivity towards the edge, times what walls and edges on the path leave of it: amplitudes by octave.
     pub gains: Octaves,
     /// Ends of the edge.
     pub edge: [[f64; 3]; 2],
+    /// Whether the listener sees past the edge.
+    pub lit: bool,
 }
 
 impl DiffractionPath {
-    /// Amplitude against a source seen at 1 m on its axis, without air, at a frequency.
+    /// Amplitude against a source seen at 1 m on its axis, without air, at a frequency; negative where it is taken away.
     #[must_use]
     pub fn amplitude(&self, hz: f64) -> f64 {
         let gain = octave_energy(&self.gains.map(|a| f64::from(a).powi(2)), hz).sqrt();
-        gain * 10.0_f64.powf(-barrier_db(self.detour_m, hz, SPEED_OF_SOUND_M_S) / 20.0) / self.direct_m
+        gain * if self.lit { self.left(hz) - 1.0 } else { self.left(hz) } / self.direct_m
+    }
+
+    /// What the edge leaves of an amplitude at a frequency.
+    pub(super) fn left(&self, hz: f64) -> f64 {
+        if self.lit {
+            return lit_gain(self.detour_m, hz, SPEED_OF_SOUND_M_S);
+        }
+        10.0_f64.powf(-barrier_db(self.detour_m, hz, SPEED_OF_SOUND_M_S) / 20.0)
     }
 
     /// Amplitudes by octave against a source seen at 1 m on its axis, without air.

@@ -19,9 +19,9 @@ const NEAR_M: f64 = 1e-6;
 
 impl Edges {
     /// The paths from a source to a listener round two edges one after the other, as through a doorway in a thick wall, the
-    /// shortest first. The first edge takes what it would take of sound on its path to the second, which then hears it as from
-    /// behind the first (J. Epstein and D. W. Peterson, "An experimental study of wave propagation at 850 Mc", Proc. IRE 41,
-    /// 1953, with the formula of one edge).
+    /// shortest first. Each edge takes what it would take of sound on a path as long as this one that is straight but there
+    /// (J. Epstein and D. W. Peterson, "An experimental study of wave propagation at 850 Mc", Proc. IRE 41, 1953, with the
+    /// formula of one edge and the whole length of the path).
     ///
     /// # Errors
     /// A source or a listener that is not finite.
@@ -46,19 +46,23 @@ impl Edges {
             let (first, second) = (&self.all[a], &self.all[b]);
             let Some([at_first, at_second]) = bends(first, second, source, listener).filter(|_| a != b) else { continue };
             let (by_first, by_second) = (self.beside(first, at_first), self.beside(second, at_second));
-            let hidden = first.bend(source, by_second).is_some() && second.bend(by_first, listener).is_some();
+            let hides = |edge: &Edge, from, to| edge.passed(from, to).is_some_and(|pass| pass.hidden);
+            let hidden = hides(first, source, by_second) && hides(second, by_first, listener);
             let free = |from, to| self.free(room, from, to);
             if !hidden || !free(source, by_first) || !free(by_first, by_second) || !free(listener, by_second) {
                 continue;
             }
             let reach_m = source.distance(at_first) + at_first.distance(at_second);
-            let detour_m = reach_m - source.distance(at_second);
+            let Some(on) = (at_second - at_first).try_normalize() else { continue };
+            // What comes after the second edge is straightened, so that nothing steps where that no longer hides anything.
+            let path_m = reach_m + at_second.distance(listener);
+            let straight = at_first + on * (path_m - source.distance(at_first));
+            let detour_m = path_m - source.distance(straight);
             let mut gains = directivity.towards((at_first - source).to_array());
             for (gain, hz) in gains.iter_mut().zip(OCTAVES_HZ) {
                 *gain *= 10.0_f64.powf(-barrier_db(detour_m, hz.into(), SPEED_OF_SOUND_M_S) / 20.0) as f32;
             }
-            let Some(back) = (at_first - at_second).try_normalize() else { continue };
-            found.extend(second.path(at_second + back * reach_m, at_second, listener, gains));
+            found.extend(second.path(at_second - on * reach_m, at_second, listener, gains, false));
         }
         self.distinct(&mut found);
         Ok(found)

@@ -100,7 +100,8 @@ impl Tree {
             }
         }
         let half_angle = OVERLAP * 2.0 / (beams as f64).sqrt();
-        let mut cones: Vec<(Cone, f64)> = self.nodes.iter().map(|node| node.cone()).map(|cone| (cone, 1.0)).collect();
+        let spheres = room.spheres();
+        let mut cones: Vec<(Cone, f64)> = self.nodes.iter().map(|node| (node.cone(&spheres), 1.0)).collect();
         for ((_, direction), visit) in steps.iter().zip(&visits).filter(|(_, visit)| **visit != NOTHING) {
             let (cone, least) = &mut cones[*visit as usize];
             *least = cone.along(*direction).min(*least);
@@ -125,10 +126,14 @@ impl Tree {
 }
 
 impl Node {
-    fn cone(&self) -> Cone {
-        match self.beams {
-            Beams::Unasked => Cone::EVERYWHERE,
-            Beams::Towards(sum) => Cone::new(sum, 0.0),
+    /// The directions of its beams, or without any those of the faces of its plane.
+    fn cone(&self, spheres: &[(DVec3, f64)]) -> Cone {
+        match (&self.beams, spheres.get(self.plane as usize)) {
+            (Beams::Towards(sum), _) => Cone::new(*sum, 0.0),
+            (Beams::Unasked, Some((middle, radius))) if self.position.distance(*middle) > *radius => {
+                Cone::new(*middle - self.position, (radius / self.position.distance(*middle)).asin())
+            }
+            (Beams::Unasked, _) => Cone::EVERYWHERE,
         }
     }
 }

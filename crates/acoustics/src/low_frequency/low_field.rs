@@ -36,8 +36,8 @@ pub struct LowResponse {
 }
 
 impl LowField {
-    /// Takes off what places would hear of the source in free space.
-    pub fn without_direct(&mut self, source: [f64; 3], places: &[[f64; 3]], speed_m_s: f64) {
+    /// Adds what places would hear of the source in free space, times a gain: -1 takes it off.
+    pub fn add_direct(&mut self, gain: f32, source: [f64; 3], places: &[[f64; 3]], speed_m_s: f64) {
         for (own, place) in self.places.iter_mut().zip(places) {
             let away = DVec3::from(*place) - DVec3::from(source);
             let distance = away.length().max(NEAREST_M);
@@ -53,9 +53,9 @@ impl LowField {
             let free = |of: &dyn Fn(f64) -> Complex64| response(own.pressure.len(), self.rate_hz, self.top_hz, of);
             let pressure = free(&wave);
             let slope = free(&|hz| -wave(hz) * (number(hz) + 1.0 / distance) / distance);
-            own.pressure.iter_mut().zip(&pressure).for_each(|(h, f)| *h -= f);
+            own.pressure.iter_mut().zip(&pressure).for_each(|(h, f)| *h += gain * f);
             for (gradient, along) in own.gradient.iter_mut().zip(away.to_array()) {
-                gradient.iter_mut().zip(&slope).for_each(|(h, f)| *h -= along as f32 * f);
+                gradient.iter_mut().zip(&slope).for_each(|(h, f)| *h += gain * along as f32 * f);
             }
         }
     }

@@ -1,7 +1,7 @@
 //! Energy over time.
 
 use crate::materials::air::Air;
-use crate::octave::{BANDS, LOW_HZ, OCTAVES_HZ, Octaves};
+use crate::octave::{BANDS, LOW_HZ, OCTAVES_HZ, Octaves, octave_energy_from_63};
 
 /// Least square of the correlation of level and time of what is called a decay; below it there are steps, as of two arrivals.
 /// ISO 3382-2 takes 0.99 for a measured one.
@@ -80,32 +80,58 @@ impl Echogram {
         self.decay_time_s(band, -25.0)
     }
 
-    /// From a line of least squares through the backward integral between -5 dB and `end_db`.
     fn decay_time_s(&self, band: usize, end_db: f64) -> Option<f64> {
-        let mut left = vec![0.0; self.bins.len()];
-        let mut sum = 0.0;
-        for (l, bin) in left.iter_mut().zip(&self.bins).rev() {
-            sum += f64::from(bin.energy[band]);
-            *l = sum;
-        }
-        let points: Vec<(f64, f64)> = left
-            .iter()
-            .zip(0..)
-            .map(|(l, i)| (f64::from(i) * self.bin_s, 10.0 * (l / sum).log10()))
-            .filter(|(_, db)| (end_db..=-5.0).contains(db))
-            .collect();
-        if sum <= 0.0 || points.len() < 3 || left.last().is_none_or(|l| 10.0 * (l / sum).log10() > end_db) {
-            return None;
-        }
-        let count = points.len() as f64;
-        let (t, db) = (points.iter().map(|p| p.0).sum::<f64>() / count, points.iter().map(|p| p.1).sum::<f64>() / count);
-        let sum = |of: &dyn Fn(&(f64, f64)) -> f64| points.iter().map(of).sum::<f64>();
-        let (both, times, levels) =
-            (sum(&|p| (p.0 - t) * (p.1 - db)), sum(&|p| (p.0 - t).powi(2)), sum(&|p| (p.1 - db).powi(2)));
-        let straight = both * both >= LEAST_CORRELATION * times * levels;
-        let t60_s = -60.0 * times / both;
-        (straight && t60_s.is_finite() && t60_s > 0.0).then_some(t60_s)
+        decay_time_s(&self.lane(band), self.bin_s, end_db)
     }
+
+    /// Energy of an octave, or of that at 63 Hz, by bin.
+    fn lane(&self, lane: usize) -> Vec<f64> {
+        self.bins.iter().map(|bin| f64::from(bin.energy.get(lane).copied().unwrap_or(bin.energy_63))).collect()
+    }
+}
+
+/// T20 at a frequency from 63 to 500 Hz, seconds, that echograms of one length show together, as [`octave_energy_from_63`] has
+/// energies; `None` where an octave of them shows none.
+#[must_use]
+pub fn low_t20_s(echograms: &[Echogram]) -> Option<impl Fn(f64) -> f64 + use<>> {
+    let of = |lane: usize| {
+        let mut sums = echograms.first()?.lane(lane);
+        for echogram in &echograms[1..] {
+            sums.iter_mut().zip(echogram.lane(lane)).for_each(|(sum, energy)| *sum += energy);
+        }
+        decay_time_s(&sums, echograms[0].bin_s, -25.0)
+    };
+    let (low, known) = (of(LOW_LANE)?, [of(0)?, of(1)?, of(2)?]);
+    let octaves: [f64; BANDS] = std::array::from_fn(|band| known[band.min(2)]);
+    Some(move |hz| octave_energy_from_63(low, &octaves, hz))
+}
+
+/// Reverberation time of energies by bins of some seconds, seconds, from the line of least squares through their backward
+/// integral between -5 dB and `end_db`; `None` where they do not fall so far, or fall in steps instead of along a line.
+#[must_use]
+pub fn decay_time_s(energies: &[f64], bin_s: f64, end_db: f64) -> Option<f64> {
+    let mut left = energies.to_vec();
+    let mut sum = 0.0;
+    for l in left.iter_mut().rev() {
+        sum += *l;
+        *l = sum;
+    }
+    let points: Vec<(f64, f64)> = left
+        .iter()
+        .zip(0..)
+        .map(|(l, i)| (f64::from(i) * bin_s, 10.0 * (l / sum).log10()))
+        .filter(|(_, db)| (end_db..=-5.0).contains(db))
+        .collect();
+    if sum <= 0.0 || points.len() < 3 || left.last().is_none_or(|l| 10.0 * (l / sum).log10() > end_db) {
+        return None;
+    }
+    let count = points.len() as f64;
+    let (t, db) = (points.iter().map(|p| p.0).sum::<f64>() / count, points.iter().map(|p| p.1).sum::<f64>() / count);
+    let sum = |of: &dyn Fn(&(f64, f64)) -> f64| points.iter().map(of).sum::<f64>();
+    let (both, times, levels) = (sum(&|p| (p.0 - t) * (p.1 - db)), sum(&|p| (p.0 - t).powi(2)), sum(&|p| (p.1 - db).powi(2)));
+    let straight = both * both >= LEAST_CORRELATION * times * levels;
+    let t60_s = -60.0 * times / both;
+    (straight && t60_s.is_finite() && t60_s > 0.0).then_some(t60_s)
 }
 
 /// A bin while rays are collected: energy, and its parts along x, y and z.

@@ -14,7 +14,7 @@ use rstar::primitives::GeomWithData;
 use std::f64::consts::PI;
 
 /// Particles whose density is taken.
-const NEAREST: usize = 50;
+const NEAREST: usize = 100;
 /// Most particles.
 const MOST: usize = 1 << 26;
 
@@ -74,13 +74,15 @@ impl<'a> Intensity<'a> {
         let Some(hit) = ray.cast(self.room) else { return Ok(None) };
         let at = (ray.at(hit.distance) - self.room.centre()).as_vec3().to_array();
         let tree = &self.planes[self.room.plane(hit.face) as usize];
-        let (mut power, mut reach2) = (0.0, 0.0_f64);
+        let (mut power, mut moment, mut reach2) = (0.0, 0.0, 0.0_f64);
         for (particle, distance2) in tree.nearest_neighbor_iter_with_distance_2(at).take(NEAREST) {
-            power += f64::from(particle.data);
             reach2 = f64::from(distance2);
+            power += f64::from(particle.data);
+            moment += f64::from(particle.data) * reach2;
         }
-        // A wall that was hardly met has no density.
-        let intensity = if tree.size() >= NEAREST && reach2 > 0.0 { power / (PI * reach2) } else { 0.0 };
+        // Epanechnikov's kernel over the disc that holds them, which has no edge. A wall that was hardly met has no density.
+        let dense = tree.size() >= NEAREST && reach2 > 0.0;
+        let intensity = if dense { 2.0 * (power - moment / reach2) / (PI * reach2) } else { 0.0 };
         Ok(Some(Seen { distance_m: hit.distance, intensity }))
     }
 }

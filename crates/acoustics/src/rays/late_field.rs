@@ -121,7 +121,9 @@ pub fn late_field(
 }
 
 /// Traces rays from a source and tells of each that meets a surface: where, on which plane, and the power that it brings, of a
-/// source whose direct sound has an energy of 1 at 1 m on its axis. In the order of the rays.
+/// source whose direct sound has an energy of 1 at 1 m on its axis. In the order of the rays. A wall ends rays as often as it
+/// absorbs and leaves the others as much, so that all bring about as much (Arvo and Kirk 1990, "Particle transport and image
+/// synthesis").
 pub(crate) fn particles(
     room: &Room,
     source: &Source,
@@ -130,7 +132,7 @@ pub(crate) fn particles(
 ) -> Result<(), AcousticsError> {
     check(options, 1.0)?;
     let listeners = Listeners::new(room, &[], 1.0)?;
-    let tracer = Tracer::new(room, source, &listeners, options)?;
+    let tracer = Tracer { roulette: true, ..Tracer::new(room, source, &listeners, options)? };
     let decay = lanes_decay_per_m(options.air);
     let power = 4.0 * std::f64::consts::PI / options.rays as f64;
     let mut sum = Sum::new(0, 0);
@@ -180,6 +182,8 @@ struct Tracer<'a> {
     options: &'a RayOptions<'a>,
     turn: DQuat,
     bins: usize,
+    /// Whether walls end rays instead of weakening them.
+    roulette: bool,
 }
 
 /// What some rays have brought.
@@ -267,6 +271,7 @@ impl<'a> Tracer<'a> {
             options,
             turn: turn(options.seed),
             bins: (options.length_s / options.bin_s).ceil() as usize,
+            roulette: false,
         })
     }
 
@@ -292,12 +297,15 @@ impl<'a> Tracer<'a> {
         let images_order = options.images.map_or(0, Images::order);
         // Where the source's image lies that the ray comes from, as long as only mirrors have sent it on.
         let mut image = self.source;
+        // The planes of its mirrors and how far they are on its way, where images have a share only.
+        let mut met = Vec::new();
+        let shared = options.images.is_some_and(Images::are_shared);
         loop {
             sum.casts += 1;
             let hit = ray.cast(self.room);
             let length = hit.map_or(f64::INFINITY, |hit| hit.distance).min(reach - way);
             let of = (mirrored && order <= images_order).then_some((order, image));
-            self.collect(&ray, [way, length], &energy, of, sum);
+            self.collect(&ray, [way, length], &energy, (of, &met), sum);
             let Some(hit) = hit else {
                 return add(&mut sum.escaped, &energy.map(f64::from));
             };
@@ -310,9 +318,17 @@ impl<'a> Tracer<'a> {
             sum.walls += 1;
             on_wall(ray.at(hit.distance), self.room.plane(hit.face), way, &energy);
             let surface = &self.surfaces[self.room.material(hit.face)];
+            let brought: f32 = energy.iter().sum();
             for ((e, r), absorbed) in energy.iter_mut().zip(&surface.reflected).zip(&mut sum.absorbed) {
                 *absorbed += f64::from(*e * (1.0 - r));
                 *e *= r;
+            }
+            if self.roulette {
+                let kept = energy.iter().sum::<f32>() / brought.max(f32::MIN_POSITIVE);
+                if random.uniform() >= kept {
+                    return;
+                }
+                energy.iter_mut().for_each(|e| *e /= kept);
             }
             let scattered = surface.chance > 0.0 && random.uniform_f64() < surface.chance;
             // While images share the way, each octave keeps its own share of what is scattered. After that the octaves go the
@@ -326,7 +342,11 @@ impl<'a> Tracer<'a> {
                 ray.scatter(self.room, &hit, &mut random);
             } else {
                 if mirrored && order < images_order {
-                    image = self.room.planes()[self.room.plane(hit.face) as usize].mirror(image);
+                    let plane = self.room.plane(hit.face);
+                    image = self.room.planes()[plane as usize].mirror(image);
+                    if shared {
+                        met.push((plane, way));
+                    }
                 }
                 ray.mirror(self.room, &hit);
             }
@@ -335,8 +355,15 @@ impl<'a> Tracer<'a> {
     }
 
     /// Collects a ray that has come so far, metres, on its next metres; `of` is the order and the place of the image that it
-    /// comes from, if one may have it.
-    fn collect(&self, ray: &Ray, [way, length]: [f64; 2], energy: &[f32; LANES], of: Option<(u32, DVec3)>, sum: &mut Sum) {
+    /// comes from, if one may have it, and what has mirrored it.
+    fn collect(
+        &self,
+        ray: &Ray,
+        [way, length]: [f64; 2],
+        energy: &[f32; LANES],
+        (of, met): (Option<(u32, DVec3)>, &[(u32, f64)]),
+        sum: &mut Sum,
+    ) {
         if matches!(of, Some((0, _))) {
             return;
         }
@@ -345,13 +372,18 @@ impl<'a> Tracer<'a> {
         self.listeners.crossed(ray, length, |listener, at, area_m2| {
             let delivers =
                 |(order, image)| self.options.images.is_some_and(|all| all.has(order, image, self.listeners.place(listener)));
+            let mut left = *energy;
             if of.is_some_and(delivers) {
-                return;
+                if met.is_empty() {
+                    return;
+                }
+                let held = self.options.images.map_or([1.0; LANES], |all| all.held(met, way + at));
+                left.iter_mut().zip(held).for_each(|(energy, held)| *energy *= 1.0 - held);
             }
             let bin = ((way + at) / speed_m_s(self.options.air) / self.options.bin_s) as usize;
             if bin < self.bins {
                 let from = (-ray.direction).as_vec3();
-                sum.bins[listener * self.bins + bin].collect(energy, (level / area_m2) as f32, from.to_array());
+                sum.bins[listener * self.bins + bin].collect(&left, (level / area_m2) as f32, from.to_array());
             }
         });
     }

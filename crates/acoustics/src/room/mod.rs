@@ -1,5 +1,6 @@
 //! A mesh with its materials, ready for rays.
 
+mod facets;
 pub(crate) mod ray;
 mod volumes;
 
@@ -217,6 +218,19 @@ impl Room {
         self.leaves.iter().filter_map(of).collect()
     }
 
+    /// Of each plane a sphere that holds its faces: its middle, and its radius in metres.
+    pub(crate) fn spheres(&self) -> Vec<(DVec3, f64)> {
+        let mut boxes = vec![[DVec3::INFINITY, DVec3::NEG_INFINITY]; self.planes.len()];
+        for leaf in &self.leaves {
+            let [low, high] = &mut boxes[leaf.plane as usize];
+            for corner in [leaf.corner, leaf.corner - leaf.edges[0], leaf.corner + leaf.edges[1]] {
+                let corner = corner.as_dvec3() + self.centre;
+                (*low, *high) = (low.min(corner), high.max(corner));
+            }
+        }
+        boxes.iter().map(|[low, high]| (0.5 * (*low + *high), 0.5 * low.distance(*high) + self.skin())).collect()
+    }
+
     /// Of the box along the axes that the mesh lies in, cubic metres; a flat mesh has at least a hundredth of its diagonal's
     /// cube.
     #[must_use]
@@ -314,11 +328,17 @@ impl Room {
         Ok(None)
     }
 
-    /// Reverberation time by octave after Eyring, seconds, if the room has this volume, cubic metres; infinite where nothing
-    /// absorbs.
+    /// Reverberation time by octave after Eyring, seconds, of a closed room of this volume, cubic metres, or of the box about an
+    /// open one, whose openings take all; infinite where nothing absorbs.
     #[must_use]
-    pub fn eyring_t60_s(&self, volume_m3: f64, air: Option<Air>) -> [f64; BANDS] {
-        eyring::t60_s(self.areas_m2.iter().copied().zip(&self.materials), volume_m3, air)
+    pub fn eyring_t60_s(&self, closed_m3: Option<f64>, air: Option<Air>) -> [f64; BANDS] {
+        let opening = Material::even("opening", 1.0, 0.0);
+        let walls = self.areas_m2.iter().copied().zip(&self.materials);
+        let [x, y, z] = (2.0 * self.half).to_array();
+        let open_m2 = 2.0 * (x * y + y * z + z * x) - self.areas_m2.iter().sum::<f64>();
+        let open_m2 = if closed_m3.is_some() { 0.0 } else { open_m2.max(0.0) };
+        let volume = closed_m3.unwrap_or_else(|| self.bounding_volume());
+        eyring::t60_s(walls.chain([(open_m2, &opening)]), volume, air)
     }
 
     /// Materials by group of the mesh.

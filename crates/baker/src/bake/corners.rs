@@ -16,18 +16,9 @@ const SAME: f64 = 0.25;
 const SPACING_M: f32 = 0.1;
 const MOST_PLACES: f32 = 8000.0;
 
-/// What a place has of the emitter.
-#[derive(Clone, Copy)]
-enum Sight {
-    /// The emitter itself.
-    Seen,
-    /// Its sound round an edge.
-    Round(Bend),
-    Nothing,
-}
-
-/// Where the sound at an edge comes from in steps of [`SAME`], none if that is the emitter, and the edge's ends by their bits.
-type Key = (Option<[i64; 3]>, [[u64; 3]; 2]);
+/// Where the sound at an edge comes from in steps of [`SAME`], none if that is the emitter, the edge's ends by their bits, and
+/// whether what sends it is seen past the edge.
+type Key = (Option<[i64; 3]>, [[u64; 3]; 2], bool);
 
 /// Sound at an edge, by where it comes from.
 #[derive(Clone, Copy)]
@@ -41,15 +32,17 @@ impl Bend {
     fn of(way: &DiffractionPath, source: &Source) -> Self {
         let from = DVec3::from(way.from);
         let own = way.from != source.position;
-        let key = (own.then(|| (from / SAME).round().to_array().map(|c| c as i64)), way.edge.map(|end| end.map(f64::to_bits)));
-        Self { key, from, sent: way.gains }
+        let from_m = own.then(|| (from / SAME).round().to_array().map(|c| c as i64));
+        Self { key: (from_m, way.edge.map(|end| end.map(f64::to_bits)), way.lit), from, sent: way.gains }
     }
 }
 
 /// All that a place has.
-#[derive(Clone)]
+#[derive(Clone, Default)]
 struct Look {
-    emitter: Sight,
+    /// Whether it sees the emitter, and the edge that it sees it past or hears it round.
+    sees: bool,
+    round: Option<Bend>,
     bent: Vec<Bend>,
     /// The first images that it sees, by the bits of their numbers.
     seen: u32,
@@ -81,25 +74,22 @@ pub(super) fn corners(
         if closed && !room.encloses(at)? {
             return Ok(None);
         }
-        let emitter = if room.sees(source.position, at)? {
-            Sight::Seen
-        } else {
-            let around = edges.paths_round_one_or_two(room, source, at)?;
-            around.first().map_or(Sight::Nothing, |way| Sight::Round(Bend::of(way, source)))
-        };
+        let sees = room.sees(source.position, at)?;
+        let ways = if sees { edges.beside_shadows(room, source, at) } else { edges.paths_round_one_or_two(room, source, at) };
+        let round = ways?.first().map(|way| Bend::of(way, source));
         let bent = lit.paths(at)?.iter().take(MOST_BENT).map(|way| Bend::of(way, source)).collect();
         let mut seen = 0;
         for (i, image) in played.iter().take(Corners::MOST_SEEN).enumerate() {
             seen |= u32::from(images.sees(room, at, *image)?) << i;
         }
-        Ok(Some(Look { emitter, bent, seen }))
+        Ok(Some(Look { sees, round, bent, seen }))
     };
     let looks: Vec<Option<Look>> = (0..nx * ny).into_par_iter().map(look).collect::<Result<_, BakeError>>()?;
     let looks = everywhere(&looks, nx);
     let numbers = numbered(&looks);
     let number = |bend: &Bend| numbers[&bend.key].0 as f32;
-    let round = |look: &Look| if let Sight::Round(bend) = &look.emitter { number(bend) } else { Corners::NO_EDGE };
-    let seen = |look: &Look| if matches!(look.emitter, Sight::Seen) { 1.0 } else { 0.0 };
+    let round = |look: &Look| look.round.as_ref().map_or(Corners::NO_EDGE, number);
+    let seen = |look: &Look| if look.sees { 1.0 } else { 0.0 };
     let bent = |table: usize| looks.iter().map(move |look| look.bent.get(table).map_or(Corners::NO_EDGE, number));
     let tables = looks.iter().map(|look| look.bent.len()).max().unwrap_or(0);
     Ok(Corners {
@@ -121,7 +111,7 @@ fn everywhere(looks: &[Option<Look>], nx: usize) -> Vec<Look> {
             dx * dx + dy * dy
         };
         let nearest = || held.iter().min_by_key(|other| far(other)).and_then(|other| looks[*other].clone());
-        looks[i].clone().or_else(nearest).unwrap_or(Look { emitter: Sight::Nothing, bent: Vec::new(), seen: 0 })
+        looks[i].clone().or_else(nearest).unwrap_or_default()
     };
     (0..looks.len()).into_par_iter().map(near).collect()
 }
@@ -130,8 +120,7 @@ fn everywhere(looks: &[Option<Look>], nx: usize) -> Vec<Look> {
 fn numbered(looks: &[Look]) -> BTreeMap<Key, (usize, Bend)> {
     let mut numbers: BTreeMap<Key, (usize, Bend)> = BTreeMap::new();
     for look in looks {
-        let own = if let Sight::Round(bend) = &look.emitter { Some(bend) } else { None };
-        own.into_iter().chain(&look.bent).for_each(|bend| _ = numbers.entry(bend.key).or_insert((0, *bend)));
+        look.round.iter().chain(&look.bent).for_each(|bend| _ = numbers.entry(bend.key).or_insert((0, *bend)));
     }
     numbers.values_mut().enumerate().for_each(|(n, (number, _))| *number = n);
     numbers
@@ -141,10 +130,10 @@ fn numbered(looks: &[Look]) -> BTreeMap<Key, (usize, Bend)> {
 fn edge_of(bend: &Bend, source: &Source) -> DiffractionEdge {
     let ends = bend.key.1.map(|end| DVec3::from(end.map(f64::from_bits)));
     let way = 0.5 * (ends[0] + ends[1]) - DVec3::from(source.position);
-    let own = bend.key.0.is_none();
+    let (own, sign) = (bend.key.0.is_none(), if bend.key.2 { -1.0 } else { 1.0 });
     DiffractionEdge {
         ends: ends.map(|end| end.as_vec3()),
-        gains: if own { source.directivity.towards(way.to_array()) } else { bend.sent },
+        gains: if own { source.directivity.towards(way.to_array()) } else { bend.sent }.map(|gain| sign * gain),
         from: (!own).then(|| bend.from.as_vec3()),
     }
 }

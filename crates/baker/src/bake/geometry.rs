@@ -19,15 +19,15 @@ use crate::bake::late_unit::Late;
 use crate::bake::seed::truest_seed;
 use crate::bake::sides::Sides;
 use crate::error::BakeError;
-use crate::sources::simulation::{Bass, Hrtf, Inside};
+use crate::sources::simulation::{Bass, Hrtf, Inside, Pilot};
 use arrivals::{Arrivals, left_over, listen, start_pose, typical_t60_s};
 use corrected::{correct, joined};
-use promenade_acoustics::{Mesh, Room, Source, speed_m_s};
+use promenade_acoustics::{Mesh, Room, Source};
 use promenade_core::glam::Vec3;
 use promenade_core::{Axis, Provenance, Scene, TailModel, TransferShape};
 use promenade_room::{
-    CROSSOVERS_HZ, HopEnergies, LateEnergies, LatePart, Level, Places, Played, RoomBass, SceneHead, Surfaces, bass_axis,
-    bass_places, energy_at, outline, whole_hz,
+    HopEnergies, LateEnergies, LatePart, Places, Played, RoomBass, SceneHead, SceneOptions, ShoeboxRoom, Surfaces, bass_axis,
+    bass_places, outline,
 };
 use rayon::prelude::*;
 use std::collections::{BTreeMap, BTreeSet};
@@ -35,12 +35,11 @@ use std::f32::consts::PI;
 
 /// Places of the listener, at most.
 const MOST_PLACES: usize = 4096;
+/// Height over the floor of a box's bass, metres.
+const LAYER_M: f32 = 1.5;
 /// Places of the bass keep this far from surfaces, metres, and beyond walls its slopes are followed so far.
 const BASS_OFF_WALLS_M: f32 = 0.12;
 const BEYOND_WALLS_M: f64 = 0.3;
-/// Values that the bass of a scene has at most, and samples of its responses in a second for each Hz that they are whole up to.
-const MOST_BASS_VALUES: f64 = 5e5;
-const SAMPLES: f64 = 2.5;
 
 /// Places of the listener on a plan of the room.
 fn plan(mesh: &Mesh, inside: &Inside<'_>, options: &GeometryOptions) -> Result<Places, BakeError> {
@@ -92,6 +91,19 @@ pub fn bake_geometry(
     halved(&surfaces.scene(&head, options.seed, &Baked { hrtf, head: &head, turns: options.head_turns })?)
 }
 
+/// The scene of a box room as its file has it: below the crossover of its responses, the sum over modes, on one layer.
+///
+/// # Errors
+/// Those of [`ShoeboxRoom::scene`].
+pub fn bake_box(room: &ShoeboxRoom, head: &SceneHead, options: &SceneOptions) -> Result<Scene, BakeError> {
+    let mesh = room.walls.mesh()?;
+    let source = Source::from((room.emitter - room.corner).as_dvec3().to_array());
+    let bass = Bass::of(&mesh, &Room::new(&mesh, &room.walls.materials)?, &source, options.waves_hz)?;
+    let waves_hz = Some(bass.map_or(0.0, |bass| bass.crossover_hz));
+    let layer_m = options.layer_m.or(Some(LAYER_M));
+    halved(&room.scene(head, &SceneOptions { waves_hz, layer_m, ..options.clone() })?)
+}
+
 /// Bakes a scene of a room, without waves, as it is where responses correct it; `about` says what it
 /// was learnt from; the head's credit is added.
 ///
@@ -129,8 +141,11 @@ fn surfaces(
     let emitter = Vec3::from_array(source.position.map(|c| c as f32));
     let inside = Inside::new(mesh, room, emitter, options.margin_m)?;
     let places = plan(mesh, &inside, options)?;
-    let eyring = room.eyring_t60_s(mesh.report().volume_m3.unwrap_or_else(|| room.bounding_volume()), options.air);
-    let longest = eyring.iter().copied().filter(|t| t.is_finite()).fold(0.0, f64::max);
+    let volume = mesh.report().volume_m3;
+    let eyring = room.eyring_t60_s(volume, options.air);
+    // Between walls that face each other sound stays longer in an open room.
+    let stays = if volume.is_some() { 1.0 } else { 2.0 };
+    let longest = stays * eyring.iter().copied().filter(|t| t.is_finite()).fold(0.0, f64::max);
     let (images, heard) = listen((mesh, room, source), &places.at, (head.grid().hop_s(), longest), options, done)?;
     let played = Played::strongest(&places, source.position.into(), options.images, |place| &heard[place].images);
     let numbers: Vec<usize> = played.images.iter().map(|image| image.index).collect();
@@ -142,7 +157,6 @@ fn surfaces(
     let bass = bass(mesh, room, source, options)?;
     let emission = emission(mesh, source, &played);
     let notes = notes(played.images.len(), places.at.len(), hrtf, options, bass.as_ref());
-    let energy = |h: &Arrivals| energy_at(h.at, h.images.iter().map(|image| (image.position.into(), image.gains)), &h.echogram);
     let [x, y, z] = &places.axes;
     Ok(Surfaces {
         emitter,
@@ -152,8 +166,7 @@ fn surfaces(
         emission,
         corners,
         bass,
-        energies: heard.iter().map(energy).collect(),
-        level: Level::LoudestPlace,
+        gain: 10.0_f64.powf(options.gain_db / 20.0),
         typical_t60_s: typical_t60_s(&heard),
         air: options.air,
         start_pose: start_pose(&heard, emitter),
@@ -173,27 +186,11 @@ fn surfaces(
 
 /// The bass by waves, on a table of its own at the height of the ears.
 fn bass(mesh: &Mesh, room: &Room, source: &Source, options: &GeometryOptions) -> Result<Option<RoomBass>, BakeError> {
-    let Some(mut bass) = Bass::of(mesh, room, source, options.waves_hz)? else { return Ok(None) };
+    let Some(bass) = Bass::of(mesh, room, source, options.waves_hz)? else { return Ok(None) };
     let [low, high] = mesh.bounds().map(|corner| Vec3::from_array(corner.map(|c| c as f32)));
     let margin = BASS_OFF_WALLS_M.min(options.margin_m);
-    let table = |hz: f64| {
-        let axis = |a: usize| bass_axis(low[a] + margin, high[a] - margin, hz, false);
-        [axis(0), axis(1), Axis::single(low.z + options.height_m)]
-    };
-    let values = |hz: f64| {
-        let count: usize = table(hz).iter().map(Axis::count).product();
-        4.0 * count as f64 * SAMPLES * whole_hz(hz) * bass.t60_s
-    };
-    let mut hz = bass.crossover_hz;
-    while options.waves_hz.is_none() && values(hz) > MOST_BASS_VALUES && 0.95 * hz >= CROSSOVERS_HZ.0 {
-        hz *= 0.95;
-    }
-    // What is too large for a file even as low as that stays with images and rays.
-    if options.waves_hz.is_none() && values(hz) > MOST_BASS_VALUES {
-        return Ok(None);
-    }
-    bass.crossover_hz = hz;
-    let axes = table(bass.crossover_hz);
+    let axis = |a: usize| bass_axis(low[a] + margin, high[a] - margin, bass.crossover_hz, false);
+    let axes = [axis(0), axis(1), Axis::single(low.z + options.height_m)];
     let emitter = Vec3::from_array(source.position.map(|c| c as f32));
     let inside = Inside::new(mesh, room, emitter, 0.5 * margin)?;
     let at = bass_places(&axes);
@@ -202,8 +199,8 @@ fn bass(mesh: &Mesh, room: &Room, source: &Source, options: &GeometryOptions) ->
         return Ok(None);
     }
     let places: Vec<[f64; 3]> = held.iter().map(|i| at[*i].to_array()).collect();
-    let mut field = bass.field(room, source, &places, bass.t60_s, options.air, |_| ())?;
-    field.without_direct(source.position, &places, speed_m_s(options.air));
+    let pilot = Pilot::new(room, source, &places, (options.rays, 1.5 * bass.t60_s), (options.air, options.seed))?;
+    let mut field = bass.field(room, source, &places, &pilot, (bass.t60_s, options.air), |_| ())?;
     // Beyond walls the table has what the nearest place has, as far as its slope says.
     let near = |i: usize| {
         let far = |n: &usize| at[held[*n]].distance_squared(at[i]);

@@ -26,7 +26,7 @@ pub use poses::{Inside, along, fit, grid, random_inside, random_poses, scene_spa
 pub use promenade_acoustics::OCTAVES_HZ;
 pub use promenade_core::network::SPEED_OF_SOUND_M_S;
 
-pub(crate) use low::Bass;
+pub(crate) use low::{Bass, Pilot};
 
 /// Shares of the energy that a wall absorbs, by octave.
 pub type Absorption = promenade_acoustics::Octaves;

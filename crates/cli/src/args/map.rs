@@ -30,7 +30,7 @@ pub(crate) struct MapArgs {
     /// Beams that search the image sources
     #[arg(long, value_name = "N", default_value_t = 8192, value_parser = clap::value_parser!(u32).range(1..=1 << 22))]
     pub(crate) beams: u32,
-    /// Rays of the late field [default: 65536, with --camera 8192]
+    /// Rays of the late field [default: 65536, with --camera 262144]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1 << 28))]
     pub(crate) rays: Option<u32>,
     #[command(flatten)]
@@ -124,7 +124,7 @@ pub(crate) struct MixMapArgs {
     #[arg(long, value_enum, default_value = "mix")]
     pub(crate) strategy: Vec<Strategy>,
     /// Rays of the sound
-    #[arg(long, value_name = "N", default_value_t = 65_536, value_parser = clap::value_parser!(u32).range(1..=1 << 28))]
+    #[arg(long, value_name = "N", default_value_t = 262_144, value_parser = clap::value_parser!(u32).range(1..=1 << 28))]
     pub(crate) rays: u32,
     #[command(flatten)]
     pub(crate) trace: TraceArgs,

@@ -50,7 +50,7 @@ pub(crate) struct RoomArgs {
     #[arg(value_name = "ROOM")]
     pub(crate) mesh: PathBuf,
     /// Where the sound comes from, metres
-    #[arg(long, value_name = "X,Y,Z", value_parser = parse_point)]
+    #[arg(long, value_name = "X,Y,Z", value_parser = parse_point, allow_hyphen_values = true)]
     pub(crate) source: Vec3,
     /// Materials of the mesh's groups, the first that fits: PATTERN=ABSORPTION[:SCATTERING], each a name of the table, 1 number
     /// or more with slashes between: 7 octaves from 125 Hz to 8 kHz, 8 from 63 Hz, 21, 24 or 31 thirds from 100, 50 or 20 Hz,
@@ -73,12 +73,13 @@ pub(crate) struct RoomArgs {
     #[arg(long, value_name = "M", value_parser = within(0.0, 1.0))]
     pub(crate) flatten: Option<f64>,
     /// What the source sends where: omni, subcardioid, cardioid, supercardioid, figure-of-eight or a SOFA file
-    /// (FreeFieldDirectivityTF)
-    #[arg(long, value_name = "PATTERN|FILE.sofa", default_value = "omni")]
-    pub(crate) directivity: PathBuf,
-    /// Where the source faces: yaw from x towards y, and pitch up, degrees
-    #[arg(long, value_name = "YAW,PITCH", default_value = "0,0", value_parser = parse_facing, allow_hyphen_values = true)]
-    pub(crate) facing: [f64; 2],
+    /// (FreeFieldDirectivityTF) [default: as a fit has left it beside the mesh, or omni]
+    #[arg(long, value_name = "PATTERN|FILE.sofa")]
+    pub(crate) directivity: Option<PathBuf>,
+    /// Where the source faces: yaw from x towards y, and pitch up, degrees [default: as a fit has left it beside the mesh, or
+    /// 0,0]
+    #[arg(long, value_name = "YAW,PITCH", value_parser = parse_facing, allow_hyphen_values = true)]
+    pub(crate) facing: Option<[f64; 2]>,
 }
 
 /// How responses of any room are made.
@@ -100,6 +101,9 @@ pub(crate) struct RunArgs {
     /// modes lie apart, 60 to 250 Hz, none in large or open ones]
     #[arg(long, value_name = "HZ", value_parser = within(0.0, 500.0))]
     pub(crate) waves: Option<f64>,
+    /// Level of a scene's direct sound at 1 m over that of the dry sound, dB
+    #[arg(long, value_name = "DB", default_value_t = 0.0, value_parser = within(-60.0, 60.0), allow_hyphen_values = true)]
+    pub(crate) gain: f64,
     /// Seed of rays, noise and random poses, and with --dry of stretches and split
     #[arg(long, default_value_t = 1)]
     pub(crate) seed: u64,
@@ -113,6 +117,7 @@ pub(crate) struct RunArgs {
 pub(crate) struct SimulateMeshArgs {
     /// A listener at this place; may be given more than once
     #[arg(long, value_name = "X,Y,Z", conflicts_with_all = ["path", "grid", "poses"], value_parser = parse_point)]
+    #[arg(allow_hyphen_values = true)]
     pub(crate) at: Vec<Vec3>,
     /// Listeners on a grid of this spacing, metres [default for a scene: about 60 places]
     #[arg(long, value_name = "M", conflicts_with_all = ["path", "poses"], value_parser = within(0.01_f32, 1000.0))]

@@ -18,9 +18,10 @@ pub(crate) struct SimulationArgs {
     /// Head of the simulation: free-field responses all around it, a SOFA file or a set of responses
     #[arg(long, value_name = "FILE.sofa", requires = "simulate")]
     pub(crate) head: Option<PathBuf>,
-    /// What emitters send where: omni, subcardioid, cardioid, supercardioid, figure-of-eight or a SOFA file
-    #[arg(long, value_name = "PATTERN|FILE.sofa", default_value = "omni", requires = "simulate")]
-    pub(crate) directivity: PathBuf,
+    /// What emitters send where: omni, subcardioid, cardioid, supercardioid, figure-of-eight or a SOFA file [default: as a fit
+    /// has left it beside the mesh, or omni]
+    #[arg(long, value_name = "PATTERN|FILE.sofa", requires = "simulate")]
+    pub(crate) directivity: Option<PathBuf>,
     /// Reflections that an image source has at most
     #[arg(long, default_value_t = 6, value_parser = clap::value_parser!(u32).range(0..=50), requires = "simulate")]
     pub(crate) order: u32,

@@ -1,9 +1,8 @@
 //! The room that is fitted, as it is stated.
 
 use crate::args::{FitArgs, Per};
-use crate::report;
+use crate::{report, simulate};
 use anyhow::{Context, Result, bail};
-use promenade_acoustics::Mesh;
 use promenade_fit::{FlatRoom, Form, Measurements, Searched, WALLS, Walls, search_box};
 use std::path::Path;
 
@@ -69,18 +68,7 @@ pub(super) fn of_box(room: &FlatRoom) -> Result<Walls> {
 }
 
 fn mesh(path: &Path, args: &FitArgs) -> Result<FlatRoom> {
-    let mut mesh = Mesh::load(path)?;
-    mesh.scale(args.scale.unwrap_or(1.0));
-    let size = mesh.report();
-    if let (None, Some(odd)) = (args.scale, size.odd_size()) {
-        bail!("{}: {odd}; --scale says what a unit is, and --scale 1 that it is the metre", path.display());
-    }
-    let mut notes = size.warnings();
-    if let [only] = &mesh.groups[..] {
-        notes.push(format!("all triangles are of {only:?}: they are sorted into floor, ceiling and wall by where they look"));
-        mesh.group_by_direction();
-    }
-    report::notes(&notes);
+    let (mesh, _) = simulate::mesh(path, [args.scale, None], |_| false)?;
     let room = FlatRoom::of_mesh(mesh).with_context(|| format!("{}: cannot be fitted", path.display()))?;
     Ok(match args.per {
         Per::Material | Per::Voxels => room,

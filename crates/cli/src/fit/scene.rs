@@ -4,7 +4,7 @@ use crate::args::FitArgs;
 use crate::{hrtf, report, scene};
 use anyhow::{Result, bail};
 use promenade_acoustics::{Material, Materials, Room, Shoebox, Source};
-use promenade_baker::geometry::{GeometryOptions, bake_geometry, scene_head};
+use promenade_baker::geometry::{GeometryOptions, bake_box, bake_geometry, scene_head};
 use promenade_baker::simulation::{Hrtf, scene_spacing_m};
 use promenade_core::Scene;
 use promenade_core::glam::{DVec3, Vec3};
@@ -71,11 +71,13 @@ fn of_box(args: &FitArgs, hrtf: &Hrtf, walls: &Walls, set: &Measurements, beside
         images: PLAYED_IMAGES,
         air: set.air,
         waves_hz: None,
+        layer_m: None,
+        gain_db: 0.0,
         seed: args.seed,
         title: format!("{}, fitted", set.title),
         recipe: recipe(args, set),
     };
-    Ok(room.scene(&scene_head(hrtf)?, &options)?)
+    Ok(bake_box(&room, &scene_head(hrtf)?, &options)?)
 }
 
 /// Any room, with the source as it was found.
@@ -100,6 +102,7 @@ fn of_room(args: &FitArgs, hrtf: &Hrtf, fit: &FullFit, set: &Measurements, besid
         margin_m: MARGIN_M,
         air: Some(set.air),
         waves_hz: None,
+        gain_db: 0.0,
         seed: args.seed,
         title: format!("{}, fitted", set.title),
         recipe: recipe(args, set),

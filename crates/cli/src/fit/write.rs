@@ -20,7 +20,7 @@ pub(super) fn check_ending(output: &Path) -> Result<()> {
 /// The mesh, its materials, the report with its pictures, and the scene if one is asked for.
 pub(super) fn all(args: &FitArgs, output: &Path, stated: &FlatRoom, fit: &dyn FittedRoom, set: &Measurements) -> Result<()> {
     let made = format!("fit of {} to {} responses, promenade {}", set.title, set.all.len(), env!("CARGO_PKG_VERSION"));
-    let beside = MaterialsBeside::of(fit, &made);
+    let beside = MaterialsBeside::of(fit, set, &made)?;
     let [absorption, plan, decays] = ["svg", "plan.svg", "decays.svg"].map(|e| output.with_extension(format!("report.{e}")));
     let [of_absorption, of_plan, of_decays] = [&absorption, &plan, &decays].map(|path| report::file_name(path));
     let names = PictureNames { absorption: &of_absorption, plan: &of_plan, decays: &of_decays };

@@ -11,8 +11,8 @@ use promenade_core::Pose;
 use promenade_core::glam::Vec3;
 use rayon::prelude::*;
 
-/// Rays, unless told: each leaves a particle at every wall that it meets.
-const RAYS: u32 = 8192;
+/// Rays, unless told: each leaves a particle at every wall that it meets until one absorbs it.
+const RAYS: u32 = 262_144;
 
 /// A picture's numbers, row by row from above.
 pub(super) struct View {

@@ -28,6 +28,7 @@ pub(super) fn run(args: &SimulateBoxArgs) -> Result<()> {
         air: args.air.air(),
         head: head_of(&args.run, rate, [None; 2])?,
     };
+    run.check()?;
     let part = run.part_folder(&poses, &[&walls, &args.emitter])?;
     if part.as_ref().is_some_and(is_there) {
         return Ok(());

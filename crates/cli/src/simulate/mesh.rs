@@ -5,7 +5,7 @@ use super::{Run, head_of, is_there, scene, walk};
 use crate::args::{AirArgs, ClipArgs, RoomArgs, RunArgs, SimulateMeshArgs};
 use crate::report;
 use anyhow::{Result, bail};
-use promenade_acoustics::{LateField, MeshReport};
+use promenade_acoustics::{Air, LateField, MeshReport, Room};
 use promenade_baker::simulation::{Inside, Simulated, grid, random_inside, simulate_mesh, turned};
 use promenade_core::Pose;
 use std::time::Instant;
@@ -31,6 +31,7 @@ pub(super) fn run(of: &RoomArgs, args: &SimulateMeshArgs, run: &RunArgs, air: Ai
     let (order, beams, rays, rate) = (args.order, args.beams, args.rays, args.rate);
     let head = head_of(run, rate, [args.credit.as_ref(), args.licence.as_ref()])?;
     let run = Run { began, args: run, clips, output: &args.output, order, beams, rays, rate, air: air.air(), head };
+    run.check()?;
     let title = args.title.clone().unwrap_or_else(|| report::file_name(&of.mesh));
     let part = run.part_folder(&poses, &[&title, &mesh, &room.materials(), &source])?;
     if part.as_ref().is_some_and(is_there) {
@@ -40,7 +41,7 @@ pub(super) fn run(of: &RoomArgs, args: &SimulateMeshArgs, run: &RunArgs, air: Ai
     let done = |share| bar.at(share);
     let made = simulate_mesh(&mesh, &room, &source, &run.head.1, &poses, &run.options(), done)?;
     drop(bar);
-    let Simulated { mut responses, late, images, crossover_hz } = made;
+    let Simulated { mut responses, late, images, crossover_hz, rings_s } = made;
     responses.title = title;
     responses.notes.push(run.note());
     responses.notes.extend(crossover_hz.map(|hz| format!("below {hz:.0} Hz by waves")));
@@ -52,10 +53,14 @@ pub(super) fn run(of: &RoomArgs, args: &SimulateMeshArgs, run: &RunArgs, air: Ai
             poses.len()
         ));
     }
-    let volume = size.volume_m3.unwrap_or_else(|| room.bounding_volume());
-    let eyring = room.eyring_t60_s(volume, Some(run.air));
-    reverberation(&size, volume, eyring, room.surroundings(source.position)?.enclosed);
+    reverberation(&size, &room, run.air, room.surroundings(source.position)?.enclosed);
     decay(&late);
+    let length_s = responses.responses.first().map_or(0.0, |r| r.left.len() as f64 / f64::from(rate));
+    if let Some(rings_s) = rings_s.filter(|rings_s| *rings_s > 1.01 * length_s) {
+        report::note(format_args!(
+            "responses end after {length_s:.2} s, and the room rings for {rings_s:.1} s: --length makes them longer"
+        ));
+    }
     run.report(output, &responses, images);
     Ok(())
 }
@@ -67,18 +72,20 @@ fn times(times: [f64; 7]) -> String {
 }
 
 /// Says how long the room rings after Eyring, or that it is too open for that.
-fn reverberation(size: &MeshReport, volume: f64, eyring: [f64; 7], enclosed: f64) {
+fn reverberation(size: &MeshReport, room: &Room, air: Air, enclosed: f64) {
     if enclosed < LEAST_ENCLOSED {
         report::note(format_args!(
             "{:.0} % of the directions from the source meet no surface: there is no reverberation time after Eyring",
             100.0 * (1.0 - enclosed)
         ));
     } else {
-        let of = if size.volume_m3.is_some() { "" } else { " (of the box about the mesh, which is not closed)" };
+        let open = " (of the box about the mesh, which is not closed; its openings take all)";
+        let of = if size.volume_m3.is_some() { "" } else { open };
+        let volume = size.volume_m3.unwrap_or_else(|| room.bounding_volume());
         report::note(format_args!(
             "{volume:.1} m3{of}, {:.1} m2; after Eyring, octaves from 125 Hz to 8 kHz: {} s",
             size.area_m2,
-            times(eyring)
+            times(room.eyring_t60_s(size.volume_m3, Some(air)))
         ));
     }
 }

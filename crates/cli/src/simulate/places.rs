@@ -72,7 +72,7 @@ impl Places {
             scale: None,
             flatten: None,
             directivity: args.directivity.clone(),
-            facing: emitter.facing_deg.unwrap_or_default().map(f64::from),
+            facing: emitter.facing_deg.map(|facing| facing.map(f64::from)),
         };
         let first = emitters.first().context("--simulate: expected a capture that says where its emitter is, found none")?;
         let (mesh, room, size) = room(&of(first))?;
@@ -129,6 +129,7 @@ impl Places {
             margin_m: MARGIN_M,
             air: self.options.air,
             waves_hz: None,
+            gain_db: 0.0,
             seed,
             title: String::new(),
             recipe: String::new(),

@@ -16,28 +16,44 @@ const AT_SURFACE_M: f64 = 1e-3;
 /// Distance from surfaces of a place that is proposed, metres.
 const PROPOSED_M: f64 = 0.1;
 
-/// The mesh with its materials, and what it is like; what is odd about it is said.
-pub(crate) fn room(args: &RoomArgs) -> Result<(Mesh, Room, MeshReport)> {
-    let mut mesh = Mesh::load(&args.mesh)?;
-    mesh.scale(args.scale.unwrap_or(1.0));
+/// A mesh in metres, as flat as it is meant, and what it is like; what is odd about it is said. Of a mesh of one group that is
+/// not named, surfaces are sorted by where they look.
+pub(crate) fn mesh(
+    path: &Path,
+    [scale, flatten]: [Option<f64>; 2],
+    is_named: impl Fn(&str) -> bool,
+) -> Result<(Mesh, MeshReport)> {
+    let mut mesh = Mesh::load(path)?;
+    mesh.scale(scale.unwrap_or(1.0));
     let size = mesh.report();
-    if let (None, Some(odd)) = (args.scale, size.odd_size()) {
-        bail!("{}: {odd}; --scale says what a unit is, and --scale 1 that it is the metre", args.mesh.display());
+    if let (None, Some(odd)) = (scale, size.odd_size()) {
+        bail!("{}: {odd}; --scale says what a unit is, and --scale 1 that it is the metre", path.display());
     }
     let mut notes = size.warnings();
     if let [only] = &mesh.groups[..]
-        && !args.materials.iter().any(|(pattern, _)| pattern == only || pattern == "*")
+        && !is_named(only)
     {
         notes.push(format!("all triangles are of {only:?}: they are sorted into floor, ceiling and wall by where they look"));
         mesh.group_by_direction();
     }
-    if args.flatten != Some(0.0)
-        && let Some(done) = mesh.flatten(args.flatten)
+    if flatten != Some(0.0)
+        && let Some(done) = mesh.flatten(flatten)
     {
         notes.push(done.to_string());
     }
     report::notes(&notes);
-    let rules = [&args.materials[..], &fitted(&args.mesh)?].concat();
+    Ok((mesh, size))
+}
+
+/// The mesh with its materials, and what it is like; what is odd about it is said.
+pub(crate) fn room(args: &RoomArgs) -> Result<(Mesh, Room, MeshReport)> {
+    let is_named = |group: &str| args.materials.iter().any(|(pattern, _)| pattern == group || pattern == "*");
+    let (mut mesh, size) = mesh(&args.mesh, [args.scale, args.flatten], is_named)?;
+    let mut rules = args.materials.clone();
+    if let Some(fitted) = fitted(&args.mesh)? {
+        report::note(format_args!("fitted materials of {} where no rule says otherwise", report::file_name(&args.mesh)));
+        rules.extend(fitted.materials);
+    }
     let materials = table(&args.material_table)?.assign(&mesh.groups, &rules);
     let mut materials = materials.with_context(|| format!("{}: its materials cannot be found", args.mesh.display()))?;
     if args.scattering_by_size == SizeScattering::ChristensenRindel {
@@ -93,29 +109,39 @@ pub(super) fn within(what: &str, room: &Room, mesh: &Mesh, at: Vec3) -> Result<(
     bail!("{what}: expected a place in the closed room, which lies from {low} to {high} m, found {}{nearest}", written(place));
 }
 
-/// Materials that a fit has left in a file beside the mesh, as rules that come after those of the command line.
-fn fitted(mesh: &Path) -> Result<Vec<(String, String)>> {
+/// What a fit has left in a file beside the mesh.
+fn fitted(mesh: &Path) -> Result<Option<MaterialsBeside>> {
     let beside = mesh.with_extension("materials.json");
     if !beside.is_file() {
-        return Ok(Vec::new());
+        return Ok(None);
     }
     let text = std::fs::read_to_string(&beside).with_context(|| format!("{}: cannot be read", beside.display()))?;
-    let found: MaterialsBeside =
-        serde_json::from_str(&text).with_context(|| format!("{}: expected materials by group", beside.display()))?;
-    report::note(format_args!("materials of {} where no rule says otherwise", report::file_name(&beside)));
-    Ok(found.materials.into_iter().collect())
+    let found = serde_json::from_str(&text).with_context(|| format!("{}: expected materials by group", beside.display()))?;
+    Ok(Some(found))
 }
 
 /// The source: where it is, and what it sends where.
 pub(crate) fn source(args: &RoomArgs) -> Result<Source> {
-    let directivity = match args.directivity.to_str().and_then(Directivity::named) {
-        Some(named) => named,
-        None if args.directivity.extension().is_some_and(|e| e.eq_ignore_ascii_case("sofa")) => directivity(&args.directivity)?,
-        None => {
-            let names = Directivity::PATTERNS.map(|(name, _)| name).join(", ");
-            bail!("--directivity: expected {names} or a .sofa file, found {}", args.directivity.display());
-        }
+    let position = args.source.as_dvec3().to_array();
+    let (directivity, facing) = match &args.directivity {
+        Some(file) => (stated(file)?, [0.0; 2]),
+        None => match fitted(&args.mesh)?.and_then(|fitted| fitted.source) {
+            Some(source) => source.directivity(position)?,
+            None => (Directivity::default(), [0.0; 2]),
+        },
     };
-    let [yaw, pitch] = args.facing.map(f64::to_radians);
-    Ok(Source { position: args.source.as_dvec3().to_array(), directivity: directivity.turned(yaw, pitch) })
+    let [yaw, pitch] = args.facing.unwrap_or(facing).map(f64::to_radians);
+    Ok(Source { position, directivity: directivity.turned(yaw, pitch) })
+}
+
+/// A pattern by its name, or the directivity of a file.
+fn stated(file: &Path) -> Result<Directivity> {
+    if let Some(named) = file.to_str().and_then(Directivity::named) {
+        return Ok(named);
+    }
+    if !file.extension().is_some_and(|e| e.eq_ignore_ascii_case("sofa")) {
+        let names = Directivity::PATTERNS.map(|(name, _)| name).join(", ");
+        bail!("--directivity: expected {names} or a .sofa file, found {}", file.display());
+    }
+    Ok(directivity(file)?)
 }

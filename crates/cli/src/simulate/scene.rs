@@ -6,7 +6,7 @@ use crate::args::{AirArgs, RoomArgs, RunArgs, SimulateBoxArgs, SimulateMeshArgs,
 use crate::{report, scene};
 use anyhow::{Result, bail};
 use promenade_acoustics::{Mesh, Room, Source};
-use promenade_baker::geometry::{GeometryOptions, bake_geometry, scene_head};
+use promenade_baker::geometry::{GeometryOptions, bake_box, bake_geometry, scene_head};
 use promenade_baker::simulation::scene_spacing_m;
 use promenade_core::Scene;
 use promenade_core::glam::Vec3;
@@ -31,20 +31,22 @@ pub(super) fn write(
         );
     }
     let (_, hrtf) = head_of(run, args.rate, [args.credit.as_ref(), args.licence.as_ref()])?;
+    let spacing_m = args.grid.unwrap_or_else(|| scene_spacing_m(mesh));
     let options = GeometryOptions {
         images: args.images as usize,
         head_turns: args.head_turns as usize,
         order: args.order,
         beams: args.beams as usize,
         rays: args.rays as usize,
-        spacing_m: args.grid.unwrap_or_else(|| scene_spacing_m(mesh)),
+        spacing_m,
         height_m: args.height,
         margin_m: args.margin,
         air: Some(air.air()),
         waves_hz: run.waves,
+        gain_db: run.gain,
         seed: run.seed,
         title: args.title.clone().unwrap_or_else(|| report::file_name(&of.mesh)),
-        recipe: recipe(of, args, run, air),
+        recipe: recipe(of, args, spacing_m, (run, air)),
     };
     let bar = report::Bar::new(1.0);
     let baked = bake_geometry(mesh, room, source, &hrtf, &options, |share| bar.at(share))?;
@@ -61,7 +63,8 @@ pub(super) fn write_box(args: &SimulateBoxArgs) -> Result<()> {
     if run.part.is_some() || run.path.is_some() || run.poses.is_some() || run.length.is_some() || !args.clips.dry.is_empty() {
         bail!("{}: expected no --path, --poses, --length, --part or --dry for a scene", args.output.display());
     }
-    let (_, hrtf) = head_of(run, args.rate.unwrap_or(SCENE_HZ), [None; 2])?;
+    let rate = args.rate.unwrap_or(SCENE_HZ);
+    let (_, hrtf) = head_of(run, rate, [None; 2])?;
     let walls = walls(args);
     let [x, y, z] = args.size.to_array();
     let names: Vec<&str> = walls.materials.iter().map(|m| m.name.as_str()).collect();
@@ -77,18 +80,17 @@ pub(super) fn write_box(args: &SimulateBoxArgs) -> Result<()> {
         images: PLAYED_IMAGES,
         air: args.air.air(),
         waves_hz: run.waves,
+        layer_m: None,
+        gain_db: run.gain,
         seed: run.seed,
         title: args.title.clone().unwrap_or_else(|| format!("Room of {x} x {y} x {z} m")),
         recipe: format!(
-            "simulate box --size {x},{y},{z} --emitter {ex},{ey},{ez} {names} --head {} --seed {}{}{}",
-            report::file_name(&run.head),
-            run.seed,
-            args.air,
-            waves(run)
+            "simulate box --size {x},{y},{z} --emitter {ex},{ey},{ez} {names} --rate {rate}{}",
+            of_run(run, args.air)
         ),
     };
     let room = ShoeboxRoom { walls, corner: Vec3::ZERO, emitter: args.emitter };
-    let made = room.scene(&scene_head(&hrtf)?, &options)?;
+    let made = bake_box(&room, &scene_head(&hrtf)?, &options)?;
     after_eyring(&room.walls, args.air.air());
     written(&args.output, &made, began)
 }
@@ -106,40 +108,37 @@ fn written(output: &Path, made: &Scene, began: Instant) -> Result<()> {
     Ok(())
 }
 
-/// The option of waves, as far as it was given.
-fn waves(run: &RunArgs) -> String {
-    run.waves.map_or(String::new(), |hz| format!(" --waves {hz}"))
+/// The options that all scenes have. Every field is named, so that none is forgotten.
+fn of_run(run: &RunArgs, air: AirArgs) -> String {
+    let RunArgs { head, path: _, poses: _, length: _, waves, gain, seed, part: _ } = run;
+    let waves = waves.map_or(String::new(), |hz| format!(" --waves {hz}"));
+    let gain = if *gain == 0.0 { String::new() } else { format!(" --gain {gain}") };
+    format!(" --head {} --seed {seed}{air}{waves}{gain}", report::file_name(head))
 }
 
-/// The command that makes the scene, without its folders.
-fn recipe(of: &RoomArgs, args: &SimulateMeshArgs, run: &RunArgs, air: AirArgs) -> String {
-    let [x, y, z] = of.source.to_array();
-    let materials: Vec<String> = of.materials.iter().map(|(pattern, material)| format!("{pattern}={material}")).collect();
-    let directivity = if of.directivity.as_os_str() == "omni" {
-        String::new()
-    } else {
-        format!(" --directivity {} --facing {},{}", report::file_name(&of.directivity), of.facing[0], of.facing[1])
-    };
-    let tables: String =
-        of.material_table.iter().map(|table| format!(" --material-table {}", report::file_name(table))).collect();
-    let scattering = match of.scattering_by_size {
+/// The command that makes the scene, without its folders. Every field of its arguments is named, so that none is forgotten.
+fn recipe(of: &RoomArgs, args: &SimulateMeshArgs, spacing_m: f32, (run, air): (&RunArgs, AirArgs)) -> String {
+    let RoomArgs { mesh, source, materials, material_table, scattering_by_size, scale, flatten, directivity, facing } = of;
+    let SimulateMeshArgs { height, margin, images, head_turns, order, beams, rays, rate, .. } = args;
+    let SimulateMeshArgs { at: _, grid: _, turns: _, title: _, credit: _, licence: _, output: _, .. } = args;
+    let [x, y, z] = source.to_array();
+    let given = |name: &str, value: Option<f64>| value.map_or(String::new(), |value| format!(" --{name} {value}"));
+    let materials: Vec<String> = materials.iter().map(|(pattern, material)| format!("{pattern}={material}")).collect();
+    let materials = if materials.is_empty() { String::new() } else { format!(" --materials '{}'", materials.join(",")) };
+    let tables: String = material_table.iter().map(|t| format!(" --material-table {}", report::file_name(t))).collect();
+    let scattering = match scattering_by_size {
         SizeScattering::None => "",
         SizeScattering::ChristensenRindel => " --scattering-by-size christensen-rindel",
     };
-    let flatten = of.flatten.map_or(String::new(), |within| format!(" --flatten {within}"));
+    let directivity = directivity.as_ref().map_or(String::new(), |d| format!(" --directivity {}", report::file_name(d)));
+    let facing = facing.map_or(String::new(), |[yaw, pitch]| format!(" --facing {yaw},{pitch}"));
     format!(
-        "simulate {} --source {x},{y},{z}{directivity} --materials '{}'{tables}{scattering}{flatten} --head {} --order {} \
-         --images {} --head-turns {} --rays {} --rate {} --seed {}{}{}",
-        report::file_name(&of.mesh),
-        materials.join(","),
-        report::file_name(&run.head),
-        args.order,
-        args.images,
-        args.head_turns,
-        args.rays,
-        args.rate,
-        run.seed,
-        air,
-        waves(run)
+        "simulate {} --source {x},{y},{z}{directivity}{facing}{materials}{tables}{scattering}{}{} --grid {spacing_m} --height {height} \
+         --margin {margin} --order {order} --beams {beams} --images {images} --head-turns {head_turns} --rays {rays} \
+         --rate {rate}{}",
+        report::file_name(mesh),
+        given("scale", *scale),
+        given("flatten", *flatten),
+        of_run(run, air)
     )
 }

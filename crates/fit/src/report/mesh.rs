@@ -3,8 +3,10 @@
 use super::fitted_room::FittedRoom;
 use crate::error::FitError;
 use crate::fits::FullFit;
+use crate::measurements::Measurements;
 use crate::room::{FlatRoom, Form, WALLS, Walls};
-use promenade_acoustics::Mesh;
+use promenade_acoustics::{Directivity, Mesh, Octaves, fibonacci};
+use promenade_core::glam::{DMat3, DVec3};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::fmt::Write;
@@ -18,14 +20,68 @@ pub struct MaterialsBeside {
     /// By group: absorption and scattering with a colon between, each octaves from 63 Hz of a quick fit, and of a full one its
     /// bands as `HZ@SHARE`, with slashes between.
     pub materials: BTreeMap<String, String>,
+    /// The source, where the fit has found what it sends.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub source: Option<SourceBeside>,
 }
+
+/// A source as a fit has found it.
+#[derive(Clone, Debug, Default, Deserialize, PartialEq, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct SourceBeside {
+    /// The place that it faces from wherever it stands, metres; without it, it stands as the room does.
+    pub faces_m: Option<[f64; 3]>,
+    /// Directions in its own axes, x ahead and z up, and the amplitudes that it sends there by octave from 125 Hz.
+    pub sends: Vec<([f64; 3], Octaves)>,
+}
+
+/// Directions in which a file states what a source sends.
+const DIRECTIONS: usize = 256;
 
 impl MaterialsBeside {
     /// Of a fit, for the groups of its mesh.
-    #[must_use]
-    pub fn of(fit: &dyn FittedRoom, made: &str) -> Self {
-        Self { made: made.to_owned(), materials: fit.materials() }
+    ///
+    /// # Errors
+    /// A source that is not finite.
+    pub fn of(fit: &dyn FittedRoom, set: &Measurements, made: &str) -> Result<Self, FitError> {
+        let source = fit.full().map(|full| SourceBeside::of(full, set)).transpose()?;
+        Ok(Self { made: made.to_owned(), materials: fit.materials(), source })
     }
+}
+
+impl SourceBeside {
+    fn of(fit: &FullFit, set: &Measurements) -> Result<Self, FitError> {
+        let directivity = fit.directivity()?;
+        let sends = (0..DIRECTIONS).map(|i| if i == 0 { [1.0, 0.0, 0.0] } else { fibonacci(i, DIRECTIONS) });
+        let sends = sends.map(|towards| (towards, directivity.towards(towards))).collect();
+        let lines = set.all.iter().filter_map(|m| Some((DVec3::from(m.source.at_m), DVec3::from(m.source.facing?))));
+        Ok(Self { faces_m: meeting(&lines.collect::<Vec<_>>()).map(|at| at.to_array()), sends })
+    }
+
+    /// What it sends where, and the yaw and the pitch in degrees that it faces from a place.
+    ///
+    /// # Errors
+    /// Amplitudes that are no directivity.
+    pub fn directivity(&self, from_m: [f64; 3]) -> Result<(Directivity, [f64; 2]), FitError> {
+        let way = self.faces_m.map_or(DVec3::X, |faces| DVec3::from(faces) - DVec3::from(from_m));
+        let facing = [way.y.atan2(way.x), way.z.atan2(way.truncate().length())].map(f64::to_degrees);
+        Ok((Directivity::measured(&self.sends)?, facing))
+    }
+}
+
+/// The place that is nearest to all lines, places with directions of unit length; far along them where they are parallel.
+fn meeting(lines: &[(DVec3, DVec3)]) -> Option<DVec3> {
+    const PULL: f64 = 1e-6;
+    let (at, along) = lines.first()?;
+    let pull = PULL * lines.len() as f64;
+    let mut sum = DMat3::from_diagonal(DVec3::splat(pull));
+    let mut side = pull * (*at + 1000.0 * *along);
+    for (at, along) in lines {
+        let across = DMat3::IDENTITY - DMat3::from_cols(along.x * *along, along.y * *along, along.z * *along);
+        sum += across;
+        side += across * *at;
+    }
+    Some(sum.inverse() * side)
 }
 
 /// The group of patches of a surface that are of one of its materials.
@@ -75,6 +131,17 @@ pub fn box_obj(walls: &Walls) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn lines_meet_where_all_are_nearest_and_parallel_ones_far_away() {
+        let line = |at: DVec3, to: DVec3| (at, (to - at).normalize());
+        let place = DVec3::new(2.0, -1.0, 1.2);
+        let all = [DVec3::ZERO, DVec3::new(4.0, 3.0, 1.0), DVec3::new(-2.0, 2.0, 2.0)].map(|at| line(at, place));
+        assert!(meeting(&all).unwrap().distance(place) < 0.01);
+        let alike = [(DVec3::ZERO, DVec3::Y), (DVec3::ZERO, DVec3::Y)];
+        assert!((meeting(&alike).unwrap().normalize() - DVec3::Y).length() < 1e-3);
+        assert_eq!(meeting(&[]), None);
+    }
 
     #[test]
     fn the_mesh_is_a_closed_box_that_looks_inwards() {

@@ -14,5 +14,5 @@ pub use absorption::{Curve, absorption_svg};
 pub use decays::decays_svg;
 pub use fitted_room::{FittedRoom, PictureNames};
 pub use markdown::table;
-pub use mesh::{MaterialsBeside, box_obj, full_mesh};
+pub use mesh::{MaterialsBeside, SourceBeside, box_obj, full_mesh};
 pub use plan::plan_svg;

@@ -21,6 +21,8 @@ fn options() -> SceneOptions {
         images: 60,
         air: Air::default(),
         waves_hz: Some(0.0),
+        layer_m: None,
+        gain_db: 0.0,
         seed: 1,
         title: "Room".to_owned(),
         recipe: String::new(),

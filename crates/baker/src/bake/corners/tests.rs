@@ -23,6 +23,7 @@ fn options() -> GeometryOptions {
         margin_m: 0.3,
         air: None,
         waves_hz: Some(0.0),
+        gain_db: 0.0,
         seed: 1,
         title: "corners".to_owned(),
         recipe: String::new(),

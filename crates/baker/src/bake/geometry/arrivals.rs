@@ -67,7 +67,8 @@ pub(super) fn listen(
         .zip(late.echograms)
         .map(|(at, echogram)| {
             let bent = diffracted.paths(*at)?;
-            let images = images.seen_from(room, *at, Reflected::Specular)?;
+            let mut images = images.seen_from(room, *at, Reflected::Specular)?;
+            diffracted.shade(*at, &bent, &mut images)?;
             let direct_s = DVec3::from(source.position).distance((*at).into()) / speed_m_s(options.air);
             let hidden = images.iter().all(|image| image.order > 0);
             let around = if hidden { edges.paths_round_one_or_two(room, source, *at)? } else { Vec::new() };
@@ -105,7 +106,7 @@ pub(super) fn left_over(
         let amplitudes = way.amplitudes();
         add(way.position, way.path_m, amplitudes[0], &amplitudes);
     }
-    for way in heard.bent.iter().skip(if cornered { MOST_BENT } else { 0 }) {
+    for way in heard.bent.iter().skip(if cornered { MOST_BENT } else { 0 }).filter(|way| !way.lit) {
         let amplitudes = way.amplitudes();
         add(way.position, way.path_m, amplitudes[0], &amplitudes);
     }

@@ -27,6 +27,8 @@ pub struct GeometryOptions {
     /// Below this frequency, Hz, waves are in the place of images and rays; 0 for none. Without it as high as the room's size
     /// asks for, and time and the size of the file allow.
     pub waves_hz: Option<f64>,
+    /// Level of the direct sound at 1 m over that of the dry sound, dB.
+    pub gain_db: f64,
     /// Seed of rays and noise.
     pub seed: u64,
     /// Name shown to the user.

@@ -172,7 +172,7 @@ impl Hrtf {
         let smooth = third_octaves(&energy, sample_rate_hz / n_fft as f64);
         let equaliser = self.bins.minimum_phase(|f| {
             let bin = f.clamp(*range.start(), *range.end()) / sample_rate_hz * n_fft as f64;
-            -0.5 * at(&smooth, bin).max(1e-12).ln()
+            at(&smooth, bin).max(1e-12).sqrt().recip()
         });
         let fade = |k: usize| {
             let above = (self.bins.hz(k) / (0.5 * sample_rate_hz) - EQUALISED.1) / (1.0 - EQUALISED.1);
@@ -217,7 +217,7 @@ impl Hrtf {
         let gain: Vec<f64> = (0..spectrum.len()).map(|k| spectrum[k.max(first)].norm()).collect();
         let logs: Vec<f64> = floored_log(&gain).collect();
         let bins_per_hz = self.bins.n_fft as f64 / self.bins.sample_rate_hz;
-        self.bins.minimum_phase(|hz| at(&logs, hz * bins_per_hz)).into_iter().map(Complex32::exp).collect()
+        self.bins.minimum_phase(|hz| at(&logs, hz * bins_per_hz).exp()).into_iter().map(Complex32::exp).collect()
     }
 
     /// Delays that leave a pair of minimum-phase spectra as late as the measured one is, below 1.5 kHz and between the ears,

@@ -1,18 +1,29 @@
 //! The bass of a room by waves, for responses and scenes.
 
 use crate::BakeError;
-use promenade_acoustics::{Air, LowField, Mesh, Room, SPEED_OF_SOUND_M_S, Source, WaveOptions, fibonacci, speed_m_s, waves};
+use promenade_acoustics::{
+    Air, LateField, LowField, Mesh, RayOptions, Room, SPEED_OF_SOUND_M_S, Source, WaveOptions, fibonacci, late_field,
+    low_t20_s, speed_m_s, waves,
+};
 use promenade_core::glam::Vec3;
 use promenade_core::{noise_share, wave_share};
 use promenade_fourier::num_complex::{Complex32, Complex64};
 use promenade_fourier::{signal, spectrum};
-use promenade_room::{CROSSOVERS_HZ, crossover_hz, whole_hz};
+use promenade_room::{CROSSOVERS_HZ, bass_axis, crossover_hz, whole_hz};
 use std::f64::consts::TAU;
 
+/// Values that the bass of a scene has at most, and samples of its responses in a second for each Hz that they are whole up to.
+const MOST_VALUES: f64 = 8e5;
+const SAMPLES: f64 = 2.5;
+/// Rays and places that tell how a room decays.
+const PILOT_RAYS: usize = 8192;
+const PILOT_PLACES: usize = 8;
 /// The most that waves may take: values in cells and time steps, some 10 s of two cores.
 const MOST_WORK: f64 = 6e9;
 /// Length of the bass, seconds.
 const LENGTHS_S: (f64, f64) = (0.2, 4.0);
+/// Share of a reverberation time that shows how waves decay.
+const DECAYS: f64 = 0.8;
 /// Share of the directions from the source in which there is a surface, in a room of a bass of its own.
 const ENCLOSED: f64 = 0.8;
 /// How much more a source may send in one direction than in another, amplitude, to be the same in all in long waves.
@@ -29,7 +40,7 @@ pub(crate) struct Bass {
     /// Reverberation time of the octave of 125 Hz, within the lengths that are computed, seconds.
     pub(crate) t60_s: f64,
     /// Amplitude of the source, root mean square over all directions.
-    level: f32,
+    pub(crate) level: f32,
 }
 
 impl Bass {
@@ -42,40 +53,77 @@ impl Bass {
         let sent: Vec<f32> = (0..LOOKED).map(|i| source.directivity.towards(fibonacci(i, LOOKED))[0]).collect();
         let (least, most) = sent.iter().fold((f32::INFINITY, 0.0_f32), |(a, b), s| (a.min(*s), b.max(*s)));
         let level = (sent.iter().map(|s| s * s).sum::<f32>() / LOOKED as f32).sqrt();
-        let volume = mesh.report().volume_m3.unwrap_or_else(|| room.bounding_volume());
-        let [t60_s, ..] = room.eyring_t60_s(volume, None);
+        let closed = mesh.report().volume_m3;
+        let [t60_s, ..] = room.eyring_t60_s(closed, None);
+        let volume = closed.unwrap_or_else(|| room.bounding_volume());
         let t60_s = t60_s.clamp(LENGTHS_S.0, LENGTHS_S.1);
         let by_itself = || -> Result<Option<f64>, BakeError> {
             let enclosed = room.surroundings(source.position)?.enclosed;
             Ok(crossover_hz(volume, t60_s).filter(|_| enclosed >= ENCLOSED && most <= EVEN * least))
         };
+        let [low, high] = mesh.bounds();
+        let too_much = |hz: f64| {
+            let along = |axis: usize| bass_axis(low[axis] as f32, high[axis] as f32, hz, false).count();
+            let values = 4.0 * (along(0) * along(1)) as f64 * SAMPLES * whole_hz(hz) * t60_s;
+            values > MOST_VALUES || options(hz, t60_s, SPEED_OF_SOUND_M_S).cost(room) > MOST_WORK
+        };
         let mut crossover = match wanted_hz {
             Some(hz) => Some(hz),
             None => by_itself()?,
         };
-        while let Some(hz) =
-            crossover.filter(|hz| wanted_hz.is_none() && options(*hz, t60_s, SPEED_OF_SOUND_M_S).cost(room) > MOST_WORK)
-        {
-            crossover = Some(0.9 * hz).filter(|hz| *hz >= CROSSOVERS_HZ.0);
+        while let Some(hz) = crossover.filter(|hz| wanted_hz.is_none() && too_much(*hz)) {
+            crossover = Some(0.95 * hz).filter(|hz| *hz >= CROSSOVERS_HZ.0);
         }
         Ok(crossover.map(|crossover_hz| Self { crossover_hz, t60_s, level }))
     }
 
-    /// What places hear.
+    /// What places hear, but for the direct sound as it is in free space; it decays as the rays of a pilot do.
     pub(crate) fn field(
         &self,
         room: &Room,
         source: &Source,
         places: &[[f64; 3]],
-        length_s: f64,
-        air: Option<Air>,
+        pilot: &Pilot,
+        (length_s, air): (f64, Option<Air>),
         done: impl Fn(f64),
     ) -> Result<LowField, BakeError> {
-        let mut field = waves(room, source.position, places, &options(self.crossover_hz, length_s, speed_m_s(air)), done)?;
-        for place in &mut field.places {
-            place.pressure.iter_mut().chain(place.gradient.iter_mut().flatten()).for_each(|v| *v *= self.level);
+        let all = [places, &pilot.places].concat();
+        // A decay of 25 dB is seen even where responses are shorter.
+        let seen_s = length_s.max(DECAYS * self.t60_s);
+        let mut field = waves(room, source.position, &all, &options(self.crossover_hz, seen_s, speed_m_s(air)), done)?;
+        field.add_direct(-1.0, source.position, &all, speed_m_s(air));
+        if let Some(t20_s) = low_t20_s(&pilot.late.echograms) {
+            field.decay_as(places.len()..all.len(), t20_s);
+        }
+        field.places.truncate(places.len());
+        let length = (length_s * field.rate_hz).ceil() as usize;
+        for signal in field.places.iter_mut().flat_map(|place| [&mut place.pressure].into_iter().chain(&mut place.gradient)) {
+            signal.truncate(length);
+            signal.iter_mut().for_each(|v| *v *= self.level);
         }
         Ok(field)
+    }
+}
+
+/// What some rays without images show of a room, at some of its places.
+pub(crate) struct Pilot {
+    places: Vec<[f64; 3]>,
+    pub(crate) late: LateField,
+}
+
+impl Pilot {
+    /// Of at most so many rays, for some seconds.
+    pub(crate) fn new(
+        room: &Room,
+        source: &Source,
+        places: &[[f64; 3]],
+        (rays, length_s): (usize, f64),
+        (air, seed): (Option<Air>, u64),
+    ) -> Result<Self, BakeError> {
+        let places: Vec<[f64; 3]> = places.iter().step_by(places.len().div_ceil(PILOT_PLACES).max(1)).copied().collect();
+        let rays = rays.min(PILOT_RAYS);
+        let options = RayOptions { rays, length_s, bin_s: 0.01, images: None, radius_m: None, air, seed };
+        Ok(Self { late: late_field(room, source, &places, &options, |_| ())?, places })
     }
 }
 

@@ -6,15 +6,15 @@
 use super::bins::Bins;
 use super::early::{Arriving, Early};
 use super::hrtf::Hrtf;
-use super::low::{Bass, Joiner};
+use super::low::{Bass, Joiner, Pilot};
 use super::part::{Part, distinct};
 use super::tail::{Tail, Variance};
 use super::walls::{filters, left};
 use super::{LEAST_DISTANCE_M, MAX_LENGTH_S, OCTAVES_HZ};
 use crate::{BakeError, Response, Responses};
 use promenade_acoustics::{
-    Air, BANDS, DiffractedImages, DiffractionPath, Echogram, Edges, Image, ImageOptions, Images, LateField, Mesh, RayOptions,
-    Reflected, Room, Source, late_field, octave_energy, speed_m_s,
+    Air, BANDS, DiffractedImages, DiffractionPath, Echogram, Edges, Image, ImageOptions, Images, LateField, LowField, Mesh,
+    RayOptions, Reflected, Room, Source, late_field, octave_energy, speed_m_s,
 };
 use promenade_core::Pose;
 use promenade_core::glam::Vec3;
@@ -26,9 +26,8 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 /// Lengths that responses have unless told, seconds.
 const SHORTEST_BY_ITSELF_S: f64 = 0.1;
 const LONGEST_BY_ITSELF_S: f64 = 4.0;
-/// Rays and places that tell how long a room sounds.
-const PILOT_RAYS: usize = 4096;
-const PILOT_PLACES: usize = 8;
+/// How long the rays are followed that tell how long a room sounds, seconds.
+const PILOT_S: f64 = MAX_LENGTH_S as f64;
 
 /// How responses are computed.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -64,6 +63,8 @@ pub struct Simulated {
     pub images: usize,
     /// Below this frequency the bass is that of waves, Hz.
     pub crossover_hz: Option<f64>,
+    /// How long the room sounds, the longest T30 of its octaves, seconds, where it was not told how long responses are.
+    pub rings_s: Option<f64>,
 }
 
 /// Binaural responses of a source in a room for heads at `poses`, at the sample rate of the HRTF.
@@ -111,18 +112,25 @@ pub(super) fn simulate(
     let rate = hrtf.bins.sample_rate_hz;
     let places = options.part.places(poses);
     let listeners = in_metres(&places);
-    let length_s = match options.length_s {
-        Some(length_s) => f64::from(length_s),
-        // Of all places, so that all parts are of one length.
-        None => natural_length_s(room, source, &in_metres(&distinct(poses)), options)?,
-    };
+    let bass = Bass::of(mesh, room, source, options.waves_hz)?;
+    // Of all places, so that all parts are of one length and one decay.
+    let places_of_all = in_metres(&distinct(poses));
+    let asked = options.length_s.is_none() || bass.is_some();
+    let pilot = || Pilot::new(room, source, &places_of_all, (options.rays, PILOT_S), (options.air, options.seed));
+    let pilot = asked.then(pilot).transpose()?;
+    let rings_s = pilot.as_ref().filter(|_| options.length_s.is_none()).map(|pilot| longest_t30_s(&pilot.late));
+    let natural = || rings_s.unwrap_or_default().clamp(SHORTEST_BY_ITSELF_S, LONGEST_BY_ITSELF_S);
+    let length_s = options.length_s.map_or_else(natural, f64::from);
     let length = (length_s * rate).ceil() as usize;
     let tail = Tail::new(hrtf, length, options.seed);
     let rays = rays(options, images, &tail, length as f64 / rate, rate);
     let late = late_field(room, source, &listeners, &rays, |share| done(0.5 * share))?;
-    let bass = Bass::of(mesh, room, source, options.waves_hz)?;
-    let low = bass
-        .map(|bass| bass.field(room, source, &listeners, length as f64 / rate, options.air, |share| done(0.5 + 0.2 * share)));
+    let low = bass.zip(pilot).map(|(bass, pilot)| -> Result<LowField, BakeError> {
+        let waves = (length as f64 / rate, options.air);
+        let mut low = bass.field(room, source, &listeners, &pilot, waves, |share| done(0.5 + 0.2 * share))?;
+        low.add_direct(bass.level, source.position, &listeners, speed_m_s(options.air));
+        Ok(low)
+    });
     let low = low.transpose()?;
     let joiner = bass.map(|bass| Joiner::new(bass.crossover_hz, length, rate));
     let begun = if bass.is_some() { 0.7 } else { 0.5 };
@@ -163,7 +171,7 @@ pub(super) fn simulate(
     let made: Result<Vec<Vec<(usize, Response)>>, BakeError> =
         places.par_iter().zip(&late.echograms).enumerate().map(of_place).collect();
     let responses = in_order(made?.into_iter().flatten().collect(), hrtf);
-    Ok(Simulated { responses, images: images.count(), crossover_hz: bass.map(|bass| bass.crossover_hz), late })
+    Ok(Simulated { responses, images: images.count(), crossover_hz: bass.map(|bass| bass.crossover_hz), rings_s, late })
 }
 
 /// How rays are followed for some seconds, for a tail.
@@ -207,13 +215,15 @@ impl Hearing<'_> {
     fn at(&self, place: Vec3) -> Result<Vec<(Vec3, Vec<Complex32>)>, BakeError> {
         let Surfaces { room, images, .. } = self.surfaces;
         let at = place.as_dvec3().to_array();
-        let seen = images.seen_from(room, at, Reflected::Specular)?;
+        let bent = self.diffracted.paths(at)?;
+        let mut seen = images.seen_from(room, at, Reflected::Specular)?;
+        self.diffracted.shade(at, &bent, &mut seen)?;
         let mut reflected: Vec<_> = seen.iter().map(|image| self.voice.of(image, place)).collect();
         if !seen.iter().any(|image| image.order == 0) {
             reflected
                 .extend(self.edges.paths_round_one_or_two(room, self.source, at)?.iter().map(|way| self.voice.around(way)));
         }
-        reflected.extend(self.diffracted.paths(at)?.iter().map(|way| self.voice.around(way)));
+        reflected.extend(bent.iter().filter(|way| !way.lit).map(|way| self.voice.around(way)));
         Ok(reflected)
     }
 }
@@ -235,28 +245,14 @@ fn in_metres(places: &[Vec3]) -> Vec<[f64; 3]> {
     places.iter().map(|p| p.as_dvec3().to_array()).collect()
 }
 
-/// The longest T30 of the octaves that a few rays show at some places, seconds, between what a room and what memory should
-/// have.
-fn natural_length_s(room: &Room, source: &Source, listeners: &[[f64; 3]], options: &MeshOptions) -> Result<f64, BakeError> {
-    let some: Vec<[f64; 3]> = listeners.iter().step_by(listeners.len().div_ceil(PILOT_PLACES).max(1)).copied().collect();
-    // Half again as long as what is kept, so that a decay that just fits is measured.
-    let pilot = RayOptions {
-        rays: options.rays.min(PILOT_RAYS),
-        length_s: 1.5 * LONGEST_BY_ITSELF_S,
-        bin_s: 0.01,
-        images: None,
-        radius_m: None,
-        air: options.air,
-        seed: options.seed,
-    };
-    let late = late_field(room, source, &some, &pilot, |_| ())?;
+/// The longest T30 of the octaves that rays show, seconds.
+fn longest_t30_s(late: &LateField) -> f64 {
     let mean = |band: usize| {
         let times: Vec<f64> = late.echograms.iter().filter_map(|e| e.t30_s(band)).collect();
         times.iter().sum::<f64>() / times.len() as f64
     };
     // An octave without a decay in sight has no mean, and `max` passes over it.
-    let longest = (0..OCTAVES_HZ.len()).map(mean).fold(0.0, f64::max);
-    Ok(longest.clamp(SHORTEST_BY_ITSELF_S, LONGEST_BY_ITSELF_S))
+    (0..OCTAVES_HZ.len()).map(mean).fold(0.0, f64::max)
 }
 
 /// What materials and air do to images.
@@ -270,9 +266,7 @@ struct Voice<'a> {
 impl<'a> Voice<'a> {
     fn new(mesh: &'a Mesh, room: &Room, hrtf: &Hrtf, air: Option<Air>) -> Self {
         let mut filters = filters(room.materials(), hrtf.bins);
-        // Half of the decay of the energy is that of the amplitude.
-        let per_db = std::f64::consts::LN_10 / 20.0;
-        filters.push(hrtf.bins.minimum_phase(|hz| air.map_or(0.0, |air| -per_db * air.db_per_m(hz))));
+        filters.push(hrtf.bins.minimum_phase(|hz| 10.0_f64.powf(-air.map_or(0.0, |air| air.db_per_m(hz)) / 20.0)));
         Self { mesh, bins: hrtf.bins, filters }
     }
 
@@ -287,7 +281,7 @@ impl<'a> Voice<'a> {
         }
         let mut left = left(&self.filters, &times);
         if image.directivity != [1.0; BANDS] {
-            let sent = self.bins.minimum_phase(|hz| octave_energy(&image.directivity.map(f64::from), hz).ln());
+            let sent = self.bins.minimum_phase(|hz| octave_energy(&image.directivity.map(f64::from), hz));
             left.iter_mut().zip(sent).for_each(|(left, sent)| *left *= sent.exp());
         }
         (position, left)
@@ -295,7 +289,7 @@ impl<'a> Voice<'a> {
 
     /// Sound round edges.
     fn around(&self, way: &DiffractionPath) -> (Vec3, Vec<Complex32>) {
-        let edge = self.bins.minimum_phase(|hz| (way.amplitude(hz) * way.path_m).ln());
+        let edge = self.bins.minimum_phase(|hz| way.amplitude(hz) * way.path_m);
         let air = self.filters.last().into_iter().flatten();
         let taken = edge.iter().zip(air).map(|(edge, air)| (edge + air * way.path_m as f32).exp());
         (Vec3::from_array(way.position.map(|c| c as f32)), taken.collect())

@@ -4,13 +4,9 @@ use super::bins::Bins;
 use promenade_acoustics::Material;
 use promenade_fourier::num_complex::Complex32;
 
-/// Amplitude that stands for 0, whose logarithm would be infinite.
-const LEAST_AMPLITUDE: f64 = 1e-5;
-
 /// Complex logarithms, by bin, of what walls of these materials leave of what a mirror would send on.
 pub(super) fn filters(materials: &[Material], bins: Bins) -> Vec<Vec<Complex32>> {
-    let amplitude = |material: &Material, hz: f64| (1.0 - material.taken(hz)).max(0.0).sqrt().max(LEAST_AMPLITUDE).ln();
-    materials.iter().map(|material| bins.minimum_phase(|hz| amplitude(material, hz))).collect()
+    materials.iter().map(|material| bins.minimum_phase(|hz| (1.0 - material.taken(hz)).max(0.0).sqrt())).collect()
 }
 
 /// What `filters` leave of the amplitude, by bin, each so many times.

@@ -1,7 +1,8 @@
 use super::*;
 use crate::sources::simulation::heads::{RATE, transparent, two_sided};
 use crate::sources::simulation::{Inside, SPEED_OF_SOUND_M_S, grid, random_inside, simulate_box, turned};
-use promenade_acoustics::{Directivity, Material, Shoebox};
+use promenade_acoustics::{Directivity, Material, Shoebox, Triangle};
+use promenade_core::random::Random;
 use promenade_metrics::{DecayRange, decay_time_s};
 
 const SIZE: Vec3 = Vec3::new(7.0, 5.0, 3.0);
@@ -66,7 +67,7 @@ fn a_box_of_triangles_is_a_box() {
 
 #[test]
 fn a_room_that_scatters_decays_after_eyring_in_every_octave_alike() {
-    let eyring = room(SIZE, [0.2; 6], 0.5).1.eyring_t60_s(105.0, None)[3];
+    let eyring = room(SIZE, [0.2; 6], 0.5).1.eyring_t60_s(Some(105.0), None)[3];
     let poses = [at(1.0, 1.0, 1.0), at(5.5, 1.5, 1.2)];
     let options = options(3, (1.2 * eyring) as f32);
     let simulated = simulate(&room(SIZE, [0.2; 6], 0.5), EMITTER, &transparent(), &poses, &options);
@@ -193,4 +194,81 @@ fn a_source_that_faces_away_is_heard_by_its_reflections() {
     assert!(db(towards, everywhere).abs() < 0.05, "{} dB ahead", db(towards, everywhere));
     let [direct, rest] = [db(away, towards), db(room_away, reflected)];
     assert!(direct < -18.0 && rest.abs() < 3.0, "behind it the direct sound has {direct} dB, the room {rest} dB");
+}
+
+/// Materials that take or scatter nothing, everything, or anything between, each octave for itself.
+fn any_material(random: &mut Random) -> Material {
+    let mut share = || match (random.uniform() * 5.0) as u32 {
+        0 => 0.0,
+        1 => 1.0,
+        2 => 0.99,
+        _ => random.uniform(),
+    };
+    let octaves = [(); 2].map(|()| std::array::from_fn(|_| share()));
+    let even = share() < 0.3;
+    let [absorption, scattering] = octaves.map(|octaves| if even { [octaves[0]; 7] } else { octaves });
+    Material { absorption_63: (share() < 0.5).then_some(absorption[6]), ..Material::new("any", absorption, scattering) }
+}
+
+/// An L of random arms with a floor and a ceiling, a group for each surface.
+fn any_room(random: &mut Random) -> Mesh {
+    let mut side = |low: f64, high: f64| low + (high - low) * f64::from(random.uniform());
+    let (x, y, height) = (side(2.0, 9.0), side(2.0, 9.0), side(2.0, 5.0));
+    let (inner_x, inner_y) = (x * side(0.3, 0.7), y * side(0.3, 0.7));
+    let plan = [[0.0, 0.0], [x, 0.0], [x, inner_y], [inner_x, inner_y], [inner_x, y], [0.0, y]];
+    let vertices = [0.0, height].iter().flat_map(|z| plan.map(|[x, y]| [x, y, *z])).collect();
+    let walls = (0..6).flat_map(|i| {
+        let j = (i + 1) % 6;
+        [[j, i, i + 6], [j, i + 6, j + 6]].map(|corners| Triangle { corners, group: i })
+    });
+    let caps = [[0, 1, 2], [0, 2, 3], [0, 3, 4], [0, 4, 5]];
+    let caps = caps.into_iter().flat_map(|[a, b, c]| [([a, b, c], 6), ([a + 6, c + 6, b + 6], 7)]);
+    let caps = caps.map(|(corners, group)| Triangle { corners, group });
+    Mesh { vertices, triangles: walls.chain(caps).collect(), groups: (0..8).map(|i| format!("{i}")).collect() }
+}
+
+/// Rooms that the property is looked for in; 2,000 were.
+const ANY_ROOMS: u64 = 120;
+
+#[test]
+fn rooms_of_any_materials_make_numbers() {
+    let hrtf = transparent();
+    for seed in 0..ANY_ROOMS {
+        let mut random = Random::new(seed);
+        let mesh = any_room(&mut random);
+        let materials: Vec<Material> = mesh.groups.iter().map(|_| any_material(&mut random)).collect();
+        let room = Room::new(&mesh, &materials).unwrap();
+        let [low, high] = mesh.bounds().map(|corner| Vec3::from_array(corner.map(|c| c as f32)));
+        let emitter = low + 0.25 * (high - low);
+        let inside = Inside::new(&mesh, &room, emitter, 0.1).unwrap();
+        let poses = random_inside(&inside, 2, seed).unwrap();
+        let omni = [1.0, 0.5, 0.0][seed as usize % 3];
+        let source = Source { directivity: Directivity::first_order(omni), ..source(emitter) };
+        let waves_hz = if seed % 20 == 0 { None } else { Some(0.0) };
+        let of = MeshOptions { rays: 200, beams: 200, air: Some(Air::default()), waves_hz, ..options(2, 0.05) };
+        let made = simulate_mesh(&mesh, &room, &source, &hrtf, &poses, &of, |_| ()).unwrap();
+        let ears = made.responses.responses.iter().flat_map(|r| r.left.iter().chain(&r.right));
+        assert!(ears.into_iter().all(|v| v.is_finite()), "responses of seed {seed}");
+        if seed % 20 < 2 {
+            let options = crate::geometry::GeometryOptions {
+                images: 10,
+                head_turns: 1,
+                order: 2,
+                beams: 200,
+                rays: 200,
+                spacing_m: 2.0,
+                height_m: 1.5,
+                margin_m: 0.3,
+                air: Some(Air::default()),
+                waves_hz,
+                gain_db: 0.0,
+                seed: 1,
+                title: String::new(),
+                recipe: String::new(),
+            };
+            let scene = crate::geometry::bake_geometry(&mesh, &room, &source, &hrtf, &options, |_| ());
+            // What a scene has is checked as it is made.
+            assert!(scene.is_ok(), "scene of seed {seed}: {:?}", scene.err());
+        }
+    }
 }

@@ -1,0 +1,107 @@
+//! Curved walls against rays on the exact surface.
+
+use glam::{DVec2, DVec3};
+use promenade_acoustics::{ImageOptions, Images, Material, Mesh, RayOptions, Reflected, Room, Triangle, late_field};
+use promenade_core::random::Random;
+use std::f64::consts::TAU;
+
+const RADIUS: f64 = 6.0;
+const HEIGHT: f64 = 4.0;
+const ABSORPTION: f64 = 0.1;
+const SCATTERING: f64 = 0.05;
+const SOURCE: [f64; 3] = [3.0, 0.0, 1.5];
+const LISTENERS: [[f64; 3]; 5] = [[-2.0, 0.0, 1.5], [-3.0, 0.0, 1.5], [-4.0, 0.0, 1.5], [0.0, 3.0, 1.5], [0.0, 0.0, 1.5]];
+
+/// A cylinder of flat facets, with floor and ceiling.
+fn cylinder(facets: u32) -> Mesh {
+    let ring = |z: f64| {
+        (0..facets).map(move |i| {
+            let (sine, cosine) = (TAU * (f64::from(i) + 0.5) / f64::from(facets)).sin_cos();
+            [RADIUS * cosine, RADIUS * sine, z]
+        })
+    };
+    let n = facets;
+    let walls = (0..n).flat_map(|i| {
+        let j = (i + 1) % n;
+        [[j, i, i + n], [j, i + n, j + n]]
+    });
+    let caps = (1..n - 1).flat_map(|i| [[0, i, i + 1], [n, n + i + 1, n + i]]);
+    let triangles = walls.chain(caps).map(|corners| Triangle { corners, group: 0 }).collect();
+    Mesh { vertices: ring(0.0).chain(ring(HEIGHT)).collect(), triangles, groups: vec!["wall".into()] }
+}
+
+/// Energy at the listeners, the direct sound among it, by rays on the exact cylinder.
+fn exact() -> Vec<f64> {
+    let (rays, sphere) = (200_000, 0.35);
+    let mut random = Random::new(7);
+    let mut found = vec![0.0; LISTENERS.len()];
+    for _ in 0..rays {
+        let mut uniform = || f64::from(random.uniform());
+        let z = 2.0 * uniform() - 1.0;
+        let (sine, cosine) = (TAU * uniform()).sin_cos();
+        let level = (1.0 - z * z).sqrt();
+        let (mut at, mut way) = (DVec3::from(SOURCE), DVec3::new(level * cosine, level * sine, z));
+        let mut energy = 1.0;
+        while energy > 1e-3 {
+            let up = if way.z > 0.0 { (HEIGHT - at.z) / way.z } else { at.z / -way.z.min(-1e-12) };
+            let (flat, along) = (at.truncate(), way.truncate());
+            let (a, b) = (along.length_squared().max(1e-12), flat.dot(along));
+            let out = (-b + (b * b + a * (RADIUS * RADIUS - flat.length_squared())).max(0.0).sqrt()) / a;
+            let far = up.min(out);
+            for (sum, listener) in found.iter_mut().zip(LISTENERS) {
+                let to = DVec3::from(listener) - at;
+                let t = to.dot(way);
+                if (0.0..far).contains(&t) && to.length_squared() - t * t < sphere * sphere {
+                    *sum += energy * 4.0 / (f64::from(rays) * sphere * sphere);
+                }
+            }
+            at += far * way;
+            let normal = if up < out {
+                DVec3::new(0.0, 0.0, -way.z.signum())
+            } else {
+                let inward = -DVec2::new(at.x, at.y).normalize();
+                at = (-inward * RADIUS * (1.0 - 1e-9)).extend(at.z);
+                inward.extend(0.0)
+            };
+            energy *= 1.0 - ABSORPTION;
+            let mut uniform = || f64::from(random.uniform());
+            if uniform() < SCATTERING {
+                let (sine, cosine) = (TAU * uniform()).sin_cos();
+                let out = uniform().sqrt();
+                let aside = normal.any_orthonormal_vector();
+                way = out * normal + (1.0 - out * out).sqrt() * (cosine * aside + sine * normal.cross(aside));
+            } else {
+                way -= 2.0 * way.dot(normal) * normal;
+            }
+        }
+    }
+    found
+}
+
+#[test]
+fn a_cylinder_focuses_as_much_however_finely_it_is_drawn() {
+    let exact = exact();
+    for facets in [24, 96, 360] {
+        let room = Room::new(&cylinder(facets), &[Material::even("wall", ABSORPTION as f32, SCATTERING as f32)]).unwrap();
+        let images = Images::new(&room, SOURCE, &ImageOptions { order: 3, ..ImageOptions::default() }).unwrap();
+        let options = RayOptions {
+            rays: 60_000,
+            length_s: 1.0,
+            images: Some(&images),
+            radius_m: Some(0.35),
+            air: None,
+            ..RayOptions::default()
+        };
+        let late = late_field(&room, SOURCE, &LISTENERS, &options, |_| ()).unwrap();
+        for ((at, echogram), exact) in LISTENERS.iter().zip(&late.echograms).zip(&exact) {
+            let seen = images.seen_from(&room, *at, Reflected::Specular).unwrap();
+            let of = |image: &promenade_acoustics::Image| {
+                f64::from(image.gains[3]).powi(2) / DVec3::from(*at).distance_squared(image.position.into())
+            };
+            let energy = seen.iter().map(of).sum::<f64>() + echogram.energy(3);
+            let off = 10.0 * (energy / exact).log10();
+            println!("{facets} facets, {at:?}: {:+.1} dB of {:.1} dB", off, 10.0 * exact.log10());
+            assert!(off.abs() < 2.0, "{facets} facets, {at:?}: {off:+.1} dB");
+        }
+    }
+}
