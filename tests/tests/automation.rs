@@ -82,8 +82,9 @@ fn a_small_step_is_one_in_blocks_of_any_size<H: Host>() {
     };
     let fine = in_blocks(64);
     for size in [512, 2048, 8192] {
-        let difference = difference_db(&fine, &in_blocks(size));
-        assert!(difference < -100.0, "in blocks of {size} and of 64 by {difference} dB");
+        let coarse = in_blocks(size);
+        let (difference, first) = (difference_db(&fine, &coarse), first_difference(&fine, &coarse));
+        assert!(difference < -100.0, "in blocks of {size} and of 64 by {difference} dB, first at {first:?}");
     }
 }
 

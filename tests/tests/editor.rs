@@ -361,6 +361,53 @@ fn an_editor_fills_its_window_at_every_scale<H: Host>() {
     }
 }
 
+/// Whatever has come into the library since its list was made.
+fn the_scene_that_is_clicked_is_played<H: Host>() {
+    let scenes = Path::new(env!("CARGO_MANIFEST_DIR")).join("../presets/scenes");
+    let copy = |folder: &Path, from: &str, to: &str| {
+        std::fs::copy(scenes.join(from).with_extension("promenade"), folder.join(to).with_extension("promenade")).unwrap();
+    };
+    let fill = |folder: &Path| {
+        copy(folder, "iosr-room-a", "020");
+        copy(folder, "iosr-room-b", "030");
+    };
+    in_library(fill, |folder| {
+        let screen = Screen::new(1400, 900);
+        let mut host = H::open(Setup::default());
+        open(&mut host, &screen, 1.0);
+        drawn(&mut host, &screen);
+        copy(folder, "box", "010");
+        let input = noise(512);
+        let (mut played, mut marked) = (Vec::new(), Vec::new());
+        // Down the list of scenes, closer than its lines are.
+        for y in (140..500).step_by(20) {
+            screen.point(100, y);
+            (0..4).for_each(|_| play(&mut host, &input));
+            screen.press(1, true);
+            (0..4).for_each(|_| play(&mut host, &input));
+            screen.press(1, false);
+            (0..12).for_each(|_| play(&mut host, &input));
+            host.instance().settle().expect("the plugin settles");
+            let state = host.state();
+            let scene: Value = serde_json::from_str(state["fields"]["scene"].as_str().unwrap()).unwrap();
+            let file = Path::new(scene["absolute"].as_str().unwrap()).file_stem().map(|stem| stem.to_owned());
+            if let Some(file) = file.filter(|file| played.last() != Some(file)) {
+                // The line has its mark at the left, which no other line has.
+                (0..12).for_each(|_| play(&mut host, &input));
+                let picture = screen.picture();
+                let pixel = |y: i16| {
+                    let at = 3 * (usize::try_from(y).unwrap() * picture.width as usize + 13);
+                    picture.rgb[at..at + 3].to_vec()
+                };
+                marked.push((-20..=20).any(|off| pixel(y + off) != pixel(500)));
+                played.push(file);
+            }
+        }
+        assert_eq!(played, ["020", "030"]);
+        assert_eq!(marked, [true, true], "what is played is not marked");
+    });
+}
+
 fn what_osc_sets_is_told_to_the_host<H: Host>() {
     let screen = Screen::new(1400, 900);
     let socket = std::net::UdpSocket::bind("127.0.0.1:0").unwrap();
@@ -411,6 +458,7 @@ mod needs_screen {
         opening_and_closing_leaves_nothing_behind,
         the_window_is_resized,
         an_editor_fills_its_window_at_every_scale,
+        the_scene_that_is_clicked_is_played,
         what_osc_sets_is_told_to_the_host,
     );
 

@@ -4,18 +4,22 @@ use super::ctx::Ctx;
 use crate::listener::pose_sources::Base;
 use crate::parameter::Parameter;
 use crate::parameter::choices::{Follow, GroupChoice};
+use crate::telemetry::Frame;
 use nice_plug::prelude::Enum;
 
 /// What moves the listener.
 #[must_use]
 pub fn description(ctx: &Ctx<'_>) -> String {
     let follow = Follow::from_index(ctx.index(Parameter::Follow));
-    let group = GroupChoice::from_index(ctx.index(Parameter::Group));
+    described(ctx.frame, follow, GroupChoice::from_index(ctx.index(Parameter::Group)))
+}
+
+fn described(frame: &Frame, follow: Follow, group: GroupChoice) -> String {
     let path = match follow {
         Follow::Transport => "Camera path, transport",
         Follow::Position | Follow::Off => "Camera path, at its position",
     };
-    let base = match ctx.frame.base {
+    let base = match frame.base {
         Base::Knobs if follow != Follow::Off => "Position and angles: no camera path".to_owned(),
         Base::Knobs => "Position and angles".to_owned(),
         Base::Path => path.to_owned(),
@@ -23,9 +27,12 @@ pub fn description(ctx: &Ctx<'_>) -> String {
         Base::Tracker => "Head tracker alone".to_owned(),
         Base::Group => format!("Group {}, led by another instance", letter(group)),
     };
-    let tracked = if ctx.frame.tracked && ctx.frame.base != Base::Tracker { " + tracker" } else { "" };
-    let leads = if ctx.frame.leads { format!(", leads group {}", letter(group)) } else { String::new() };
-    format!("{base}{tracked}{leads}")
+    let tracked = if frame.tracked && frame.base != Base::Tracker { " + tracker" } else { "" };
+    let leads = if frame.leads { format!(", leads group {}", letter(group)) } else { String::new() };
+    // As where it is frozen or bounced alone.
+    let alone = group != GroupChoice::Off && !frame.leads && frame.base != Base::Group;
+    let alone = if alone { format!("Group {} has no leader here. ", letter(group)) } else { String::new() };
+    format!("{alone}{base}{tracked}{leads}")
 }
 
 /// Why the position and angle knobs are not in force; `None` where they are.
@@ -41,4 +48,18 @@ pub fn reason(ctx: &Ctx<'_>) -> Option<&'static str> {
 
 fn letter(group: GroupChoice) -> &'static str {
     GroupChoice::variants().get(group.to_index()).copied().unwrap_or_default()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_follower_without_a_leader_says_so() {
+        let words = |base, leads, group| described(&Frame { base, leads, ..Frame::default() }, Follow::Off, group);
+        assert_eq!(words(Base::Knobs, false, GroupChoice::A), "Group A has no leader here. Position and angles");
+        assert_eq!(words(Base::Group, false, GroupChoice::A), "Group A, led by another instance");
+        assert_eq!(words(Base::Knobs, true, GroupChoice::A), "Position and angles, leads group A");
+        assert_eq!(words(Base::Knobs, false, GroupChoice::Off), "Position and angles");
+    }
 }

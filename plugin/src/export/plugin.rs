@@ -139,8 +139,11 @@ impl<const FURTHER: usize> Default for Promenade<FURTHER> {
 
 impl<const FURTHER: usize> Promenade<FURTHER> {
     /// The time of a block, by the host's transport, or by the file that the standalone program plays in place of the input.
-    fn follow_transport(&mut self, buffer: &mut Buffer, transport: &Transport) -> BlockTime {
-        let host = (transport.pos_seconds(), transport.playing);
+    fn follow_transport(&mut self, buffer: &mut Buffer, transport: &Transport, arrived: Arrived) -> BlockTime {
+        // The framework moves the position on where it splits a block, whether the transport runs or not.
+        let is_held = !transport.playing && arrived.at > 0;
+        let position_s = if is_held { self.timing.clock.reported_s() } else { transport.pos_seconds() };
+        let host = (position_s, transport.playing);
         let (position_s, playing) = self.input.play_file(buffer).map_or(host, |(file_s, playing)| (Some(file_s), playing));
         self.timing.clock.advance(position_s, playing, buffer.samples(), self.timing.sample_rate_hz)
     }
@@ -332,7 +335,7 @@ impl<const FURTHER: usize> Promenade<FURTHER> {
     ) -> ProcessStatus {
         let began = Instant::now();
         self.osc.follow(&self.params);
-        let time = self.follow_transport(buffer, context.transport());
+        let time = self.follow_transport(buffer, context.transport(), arrived);
         let offline = self.instance.host_side.is_offline();
         self.playing.update(self.instance.loader.choices(), offline);
         let mut snapshot = self.snapshot(offline);

@@ -36,6 +36,12 @@ pub struct Clock {
 }
 
 impl Clock {
+    /// The host's last position, seconds.
+    #[must_use]
+    pub fn reported_s(&self) -> Option<f64> {
+        self.reported_s
+    }
+
     /// The time of the next block, of `samples` samples.
     ///
     /// `reported_s` is the host's position in seconds, if it reports one. A stopped transport stands still; without a position

@@ -166,7 +166,7 @@ mod tests {
         values
     }
 
-    const ONCE: Arrived = Arrived { any: true, is_placed: false };
+    const ONCE: Arrived = Arrived { at: 0, any: true, is_placed: false };
 
     /// Whether each block of values begins with those of the block before.
     fn drawn_out(blocks: &[(Snapshot<4>, usize)]) -> Vec<bool> {
@@ -204,7 +204,7 @@ mod tests {
         assert_eq!((still, follow(&mut ramps, 1.0, 512, ONCE)), ([false; 4], false), "by itself");
         assert!(follow(&mut ramps, 2.0, 512, ONCE), "a line");
         // Its samples show in the block's first stretch already.
-        let placed = Arrived { any: true, is_placed: true };
+        let placed = Arrived { at: 0, any: true, is_placed: true };
         assert_eq!([3.0, 4.0].map(|yaw| follow(&mut ramps, yaw, 256, placed)), [false; 2]);
         assert!(!follow(&mut ramps, 5.0, 512, ONCE), "a host that places its changes");
         assert!(follow(&mut ramps, 6.0, 512, Arrived::default()), "the editor's, which have no samples");

@@ -54,6 +54,8 @@ pub(crate) struct HostValues {
 /// What has arrived with a stretch of a block.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Arrived {
+    /// Where the stretch begins in its block, samples.
+    pub(crate) at: usize,
     /// Whether anything changes at its beginning.
     pub(crate) any: bool,
     /// Whether anything in its block has a sample of its own, and does not come with the first one.
@@ -165,7 +167,7 @@ impl HostValues {
         block.make_until(|sample| sample as usize <= at);
         block.at += samples;
         let is_placed = block.changes.last().is_some_and(|(sample, ..)| *sample > 0);
-        Arrived { any: block.made > made, is_placed }
+        Arrived { at, any: block.made > made, is_placed }
     }
 
     /// Ends the block: makes what changes are left, also where none of it was played.
@@ -235,7 +237,7 @@ mod tests {
         assert_eq!(heard, [0.75, 0.25, 0.25, 1.0]);
         assert!(!values.advance(1).any);
         values.begin(512, [at(0, 0.5)].into_iter());
-        assert_eq!(values.advance(512), Arrived { any: true, is_placed: false });
+        assert_eq!(values.advance(512), Arrived { at: 0, any: true, is_placed: false });
         values.begin(0, [at(0, 0.5)].into_iter());
         values.end();
         assert_eq!((x(), values.count()), (0.5, 0), "without samples too");
