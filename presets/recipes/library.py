@@ -49,7 +49,7 @@ def obj(faces):
 
 
 # Name: title, faces, source, gain in dB, options. Materials are names of `promenade simulate materials`. Gains make places about as loud
-# as each other.
+# as each other; where waves would make a large file, they end lower.
 PLACES = {
     "dry-studio": (
         "Dry studio, 5 x 4 x 2.8 m",
@@ -71,12 +71,12 @@ PLACES = {
     "club": (
         "Club, 16 x 11 x 4.2 m",
         box(16, 11, 4.2, ["brick_wall_rough", "curtains_velvet", "brick_wall_rough", "wood_16mm"], "concrete_floor", "ceiling_fibre_absorber"),
-        (14.0, 5.5, 1.8), -1.8, []),
+        (14.0, 5.5, 1.8), -1.8, ["--waves", "105"]),
     "l-shaped-loft": (
         "L-shaped loft, 12 x 9 m, 3.4 m high",
         prism([(0, 0), (12, 0), (12, 4.5), (5, 4.5), (5, 9), (0, 9)], 3.4,
               ["facing_brick", "glass_window", "plasterboard", "plasterboard", "facing_brick", "facing_brick"], "wood_1.6cm", "rough_concrete"),
-        (2.4, 7.6, 1.5), -6.2, []),
+        (2.4, 7.6, 1.5), -6.2, ["--waves", "105"]),
     "concert-hall": (
         "Concert hall, 42 x 21 x 16 m",
         box(42, 21, 16, ["wooden_lining"] * 4, "audience_upholstered_chairs_1", "plasterboard"),
