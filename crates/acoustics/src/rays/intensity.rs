@@ -35,6 +35,8 @@ pub struct Seen {
     pub distance_m: f64,
     /// Energy that falls on it, once and again, over that of the direct sound at 1 m from the source: the mean of all octaves.
     pub intensity: f64,
+    /// Number of the plane that it lies in.
+    pub plane: u32,
 }
 
 impl<'a> Intensity<'a> {
@@ -73,7 +75,8 @@ impl<'a> Intensity<'a> {
         let ray = Ray::new(from, direction);
         let Some(hit) = ray.cast(self.room) else { return Ok(None) };
         let at = (ray.at(hit.distance) - self.room.centre()).as_vec3().to_array();
-        let tree = &self.planes[self.room.plane(hit.face) as usize];
+        let plane = self.room.plane(hit.face);
+        let tree = &self.planes[plane as usize];
         let (mut power, mut moment, mut reach2) = (0.0, 0.0, 0.0_f64);
         for (particle, distance2) in tree.nearest_neighbor_iter_with_distance_2(at).take(NEAREST) {
             reach2 = f64::from(distance2);
@@ -83,7 +86,7 @@ impl<'a> Intensity<'a> {
         // Epanechnikov's kernel over the disc that holds them, which has no edge. A wall that was hardly met has no density.
         let dense = tree.size() >= NEAREST && reach2 > 0.0;
         let intensity = if dense { 2.0 * (power - moment / reach2) / (PI * reach2) } else { 0.0 };
-        Ok(Some(Seen { distance_m: hit.distance, intensity }))
+        Ok(Some(Seen { distance_m: hit.distance, intensity, plane }))
     }
 }
 

@@ -5,7 +5,7 @@ use crate::args::MapArgs;
 use crate::plot;
 use crate::report;
 use anyhow::{Result, bail};
-use promenade_acoustics::{Intensity, Room, Source};
+use promenade_acoustics::{Intensity, Room, Seen, Source};
 use promenade_baker::atomic;
 use promenade_core::Pose;
 use promenade_core::glam::Vec3;
@@ -13,6 +13,9 @@ use rayon::prelude::*;
 
 /// Rays, unless told: each leaves a particle at every wall that it meets until one absorbs it.
 const RAYS: u32 = 262_144;
+
+/// Pictures are smoothed over this share of their width to either side.
+const SMOOTHED: usize = 64;
 
 /// A picture's numbers, row by row from above.
 pub(super) struct View {
@@ -62,11 +65,35 @@ impl View {
             intensity.seen(from, way.as_dvec3().to_array())
         };
         let seen = (0..width * height).into_par_iter().map(pixel).collect::<Result<Vec<_>, _>>()?;
+        let intensities = smoothed(&seen, size);
         let level = |intensity: f64| if intensity > 0.0 { (10.0 * intensity.log10()) as f32 } else { f32::NAN };
         Ok(Self {
             size,
             distance_m: seen.iter().map(|seen| seen.map_or(f32::NAN, |seen| seen.distance_m as f32)).collect(),
-            level_db: seen.iter().map(|seen| seen.map_or(f32::NAN, |seen| level(seen.intensity))).collect(),
+            level_db: intensities.into_iter().map(level).collect(),
         })
     }
+}
+
+/// Intensities of pixels, each a mean over those about it that show the same plane, by Hann's window along rows and columns: what
+/// is left of single particles is smaller than what is seen of the sound.
+fn smoothed(seen: &[Option<Seen>], [width, height]: [usize; 2]) -> Vec<f64> {
+    let reach = width / SMOOTHED;
+    let weight = |away: usize| 1.0 + (std::f64::consts::PI * away as f64 / (reach + 1) as f64).cos();
+    let along = |of: &[f64], step: usize, count: usize, place: usize, index: usize| -> f64 {
+        let Some(own) = seen[index] else { return 0.0 };
+        let (mut sum, mut weights) = (0.0, 0.0);
+        for other in place.saturating_sub(reach)..(place + reach + 1).min(count) {
+            let at = index + other * step - place * step;
+            if seen[at].is_some_and(|seen| seen.plane == own.plane) {
+                sum += weight(other.abs_diff(place)) * of[at];
+                weights += weight(other.abs_diff(place));
+            }
+        }
+        sum / weights
+    };
+    let pixels = 0..width * height;
+    let own: Vec<f64> = seen.iter().map(|seen| seen.map_or(0.0, |seen| seen.intensity)).collect();
+    let rows: Vec<f64> = pixels.clone().map(|i| along(&own, 1, width, i % width, i)).collect();
+    pixels.map(|i| along(&rows, width, height, i / width, i)).collect()
 }
