@@ -165,12 +165,13 @@ impl Edges {
 
     /// Edges that a way passes so near that they take some of it, and where, both ends seen from there.
     fn near<'a>(&'a self, room: &'a Room, [from, to]: [End; 2]) -> impl Iterator<Item = (&'a Edge, DVec3)> {
+        let way = (to.unfolded - from.unfolded).normalize_or_zero();
         self.all.iter().filter_map(move |edge| {
             let at = edge.passed(from.unfolded, to.unfolded).filter(|pass| pass.detour_m < NEAR_M)?.at;
-            // Where a leg bends, it does not pass.
-            let bends = [from.seen, to.seen].iter().any(|end| end.distance(at) < 4.0 * self.off_m);
+            // Between the leg's ends, and not where it bends.
+            let passes = [at - from.seen, to.seen - at].iter().all(|part| part.dot(way) > 4.0 * self.off_m);
             let beside = self.beside(edge, at);
-            let free = !bends && self.free(room, from.seen, beside) && self.free(room, to.seen, beside);
+            let free = passes && self.free(room, from.seen, beside) && self.free(room, to.seen, beside);
             free.then_some((edge, at))
         })
     }
