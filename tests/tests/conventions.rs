@@ -54,7 +54,7 @@ fn values_are_taken_as_they_are_typed<H: Host>() {
     for (id, text, value) in [
         ("gain", "-6dB", 54.0 / 72.0),
         ("x", "2m", 52.0 / 100.0),
-        ("lowcut", "0.1k", 0.2),
+        ("rate", "0.05k", 45.0 / 95.0),
         ("pitch", "30°", 120.0 / 180.0),
         ("yaw", "370", 190.0 / 360.0),
     ] {

@@ -21,7 +21,7 @@ fn key(path: PathBuf, bytes: &[u8]) -> SceneKey {
 #[test]
 fn files_are_those_of_a_kind_by_name() {
     let (_keep, path) = folder(&[("b.promenade", b"b"), ("a.promenade", b"a"), ("c.txt", b"c")]);
-    assert_eq!(files(&[path.clone()], SCENES), ["a.promenade", "b.promenade"].map(|name| path.join(name)));
+    assert_eq!(files(std::slice::from_ref(&path), SCENES), ["a.promenade", "b.promenade"].map(|name| path.join(name)));
 }
 
 #[test]

@@ -47,11 +47,14 @@ impl SavedSlots {
 #[derive(Clone, Default)]
 pub struct ProjectSlots(Arc<Shared>);
 
+/// Texts of one kind of slot, with what they are made of and when.
+type Known = Option<(Instant, SavedSlots, Arc<Vec<String>>)>;
+
 #[derive(Default)]
 struct Shared {
     saved: Persisted<SavedSlots>,
-    /// Texts of scenes and of paths, with what they are made of and when.
-    texts: Mutex<[Option<(Instant, SavedSlots, Arc<Vec<String>>)>; 2]>,
+    /// The texts of scenes and of paths.
+    texts: Mutex<[Known; 2]>,
 }
 
 fn paths(files: &[PathBuf]) -> impl Iterator<Item = &Path> + Clone {
