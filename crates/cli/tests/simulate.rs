@@ -311,7 +311,7 @@ fn heard_db(folder: &Path, scene: &str, pose: &str) -> f64 {
     dry[100] = 1.0;
     wav::write(Path::new(&click), 16_000, &[&dry], Format::Float32).unwrap();
     succeeds(&["render", scene, &click, &out, "--bits", "32f", "--pose", pose]);
-    let heard = wav::read(Path::new(&out)).unwrap().channels;
+    let heard = sound::read(Path::new(&out)).unwrap().channels;
     10.0 * heard.iter().flatten().map(|v| f64::from(*v).powi(2)).sum::<f64>().log10()
 }
 

@@ -339,7 +339,6 @@ fn a_box_is_one_room_as_lengths_as_mesh_and_drawn() {
         length_s: Some(0.7),
         air,
         waves_hz: Some(0.0),
-        gain_db: 0.0,
         seed: 2,
         part: Part::WHOLE,
     };
