@@ -119,9 +119,8 @@ fn images_come_round_edges_too() {
 fn level_db(edges: &Edges, room: &Room, source: [f64; 3], at: [f64; 3], hz: f64) -> f64 {
     let energy = if room.sees(source, at).unwrap() {
         let way = (0..3).map(|a| (source[a] - at[a]).powi(2)).sum::<f64>().sqrt();
-        let beside = edges.beside_shadows(room, source, at).unwrap();
-        let left: f64 = beside.iter().map(|lit| 1.0 + lit.amplitude(hz) * way).product();
-        (left / way).powi(2)
+        let lit = edges.beside_shadows(room, source, at).unwrap();
+        (lit.iter().map(|lit| 1.0 + lit.amplitude(hz) * way).product::<f64>() / way).powi(2)
     } else {
         edges.paths_round_one_or_two(room, source, at).unwrap().iter().map(|way| way.amplitude(hz).powi(2)).sum()
     };
