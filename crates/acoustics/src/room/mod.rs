@@ -153,7 +153,7 @@ impl Room {
             let found = format!("{} triangles without any", mesh.triangles.len());
             return Err(AcousticsError::argument("mesh", "triangles with an area", found));
         }
-        let bvh = volumes::tree(bounds);
+        let bvh = volumes::tree(&bounds);
         let leaves = bvh.primitive_indices.iter().map(|i| leaves[*i as usize]).collect();
         Ok(Self {
             faces,

@@ -5,14 +5,9 @@ use obvhs::aabb::Aabb;
 use obvhs::bvh2::Bvh2;
 use obvhs::bvh2::node::Bvh2Node;
 use obvhs::cwbvh::CwBvh;
-use obvhs::cwbvh::builder::build_cwbvh;
 use obvhs::cwbvh::bvh2_to_cwbvh::bvh2_to_cwbvh;
-use obvhs::{Boundable, BvhBuildParams};
 use std::ops::Range;
-use std::time::Duration;
 
-/// Up to so many, volumes are clustered from below, which takes the square of their number where each holds the one before.
-const CLUSTERED: usize = 2048;
 /// Places along an axis at which a group of volumes may be divided.
 const BINS: usize = 16;
 /// Levels on which groups are divided where that is best; below it they are halved, so that the tree ends.
@@ -20,21 +15,12 @@ const BEST_LEVELS: u32 = 40;
 /// Triangles that a leaf has at most, as the tree's form allows.
 const LEAF: u32 = 3;
 
-struct Bounds(Aabb);
-
-impl Boundable for Bounds {
-    fn aabb(&self) -> Aabb {
-        self.0
-    }
-}
-
 /// The tree over volumes, in time that grows as their number times its logarithm, however they lie.
-pub(super) fn tree(bounds: Vec<Aabb>) -> CwBvh {
-    if bounds.len() <= CLUSTERED {
-        let bounds: Vec<Bounds> = bounds.into_iter().map(Bounds).collect();
-        return build_cwbvh(&bounds, BvhBuildParams::medium_build(), &mut Duration::default());
-    }
-    bvh2_to_cwbvh(&divided(&bounds), LEAF, true, false)
+///
+/// Clustered from below, as the crate does it, volumes that each hold the one before make a chain that is deeper than a search
+/// goes: the lids of a cylinder of many facets.
+pub(super) fn tree(bounds: &[Aabb]) -> CwBvh {
+    if bounds.is_empty() { CwBvh::default() } else { bvh2_to_cwbvh(&divided(bounds), LEAF, true, false) }
 }
 
 /// A binary tree from above, divided where the surface heuristic says so (Wald 2007, "On fast construction of SAH-based
