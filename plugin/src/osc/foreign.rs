@@ -73,7 +73,7 @@ mod tests {
         let all = [&[9.0; 9][..], &[0.5, -0.25, 1.0]].concat();
         assert_eq!(said(&[&[0, 3][..], &floats(&all)].concat()), turned);
         // A message that is as long, a number that begins as one, sensors alone, and nothing.
-        let message = encoded("/a", vec![OscType::Double(1.0); 4]);
+        let message = encoded("/abcd", vec![OscType::Double(1.0); 4]);
         assert!(message.len() == 48 && translated(&message).is_none(), "{}", message.len());
         let mut slash = pose.clone();
         slash[0] = b'/';
