@@ -25,9 +25,10 @@ fn cylinder(facets: u32) -> Mesh {
         let j = (i + 1) % n;
         [[j, i, i + n], [j, i + n, j + n]]
     });
-    let caps = (1..n - 1).flat_map(|i| [[0, i, i + 1], [n, n + i + 1, n + i]]);
+    let caps = (0..n).flat_map(|i| [[2 * n, i, (i + 1) % n], [2 * n + 1, n + (i + 1) % n, n + i]]);
+    let middles = [[0.0, 0.0, 0.0], [0.0, 0.0, HEIGHT]];
     let triangles = walls.chain(caps).map(|corners| Triangle { corners, group: 0 }).collect();
-    Mesh { vertices: ring(0.0).chain(ring(HEIGHT)).collect(), triangles, groups: vec!["wall".into()] }
+    Mesh { vertices: ring(0.0).chain(ring(HEIGHT)).chain(middles).collect(), triangles, groups: vec!["wall".into()] }
 }
 
 /// Energy at the listeners, the direct sound among it, by rays on the exact cylinder.

@@ -57,10 +57,13 @@ impl Edges {
             // What comes after the second edge is straightened, so that nothing steps where that no longer hides anything.
             let path_m = reach_m + at_second.distance(listener);
             let straight = at_first + on * (path_m - source.distance(at_first));
-            let detour_m = path_m - source.distance(straight);
+            let direct_m = source.distance(straight);
+            let detour_m = path_m - direct_m;
             let mut gains = directivity.towards((at_first - source).to_array());
             for (gain, hz) in gains.iter_mut().zip(OCTAVES_HZ) {
-                *gain *= 10.0_f64.powf(-barrier_db(detour_m, hz.into(), SPEED_OF_SOUND_M_S) / 20.0) as f32;
+                // A barrier's level is beside that of the straight way.
+                *gain *= (path_m / direct_m) as f32
+                    * 10.0_f64.powf(-barrier_db(detour_m, hz.into(), SPEED_OF_SOUND_M_S) / 20.0) as f32;
             }
             found.extend(second.path(at_second - on * reach_m, at_second, listener, gains, false));
         }
