@@ -52,9 +52,9 @@ pub fn barrier_db(detour_m: f64, hz: f64, speed_m_s: f64) -> f64 {
     5.0 + 20.0 * ratio.log10()
 }
 
-/// Amplitude that an edge leaves of a sound that passes it in sight, beside its shadow, when the way over it is this much longer
-/// than the straight one: 5 dB below all of it at the border of the shadow, all from a Fresnel number of .19 on (Kurze and
-/// Anderson 1971).
+/// Amplitude that an edge leaves of a sound that passes it in sight, beside its shadow, when the way over it is this much
+/// longer than the straight one: 5 dB below all of it at the border of the shadow, all from a Fresnel number of .19 on (Kurze
+/// and Anderson 1971).
 #[must_use]
 pub fn lit_gain(detour_m: f64, hz: f64, speed_m_s: f64) -> f64 {
     let root = (std::f64::consts::TAU * 2.0 * detour_m.max(0.0) * hz / speed_m_s).sqrt();

@@ -160,5 +160,5 @@ fn borders_of_shadows_have_no_step_and_nothing_is_silent() {
     let (room, edges) = (room(&mesh), Edges::of(&mesh));
     let levels = [-1e-3, -1e-6, 0.0, 1e-6, 1e-3].map(|off| level_db(&edges, &room, source, [4.0, 20.0 + off, 1.5], 1000.0));
     let free = 20.0 * 8.0_f64.recip().log10();
-    assert!(levels.iter().all(|db| (db - free + 5.0).abs() < 0.3), "{levels:?} for {free}");
+    assert!(levels.iter().all(|db| (db - free + 5.0).abs() < 0.5), "{levels:?} for {free}");
 }

@@ -1,6 +1,6 @@
 //! FLAC files as planar `f32`.
 
-use crate::sound::{Sound, check_rate};
+use crate::samples::{Sound, check_rate};
 use crate::{FileError, file, narrow};
 use claxon::FlacReader;
 use std::fs::File;
@@ -10,8 +10,8 @@ use std::path::Path;
 /// Reads a whole FLAC file of up to `max_samples` samples of all channels together.
 ///
 /// # Errors
-/// A file that is missing, damaged, cut short or too long, or a rate outside [`crate::sound::SAMPLE_RATES_HZ`]. The message names
-/// the file.
+/// A file that is missing, damaged, cut short or too long, or a rate outside [`crate::sound::SAMPLE_RATES_HZ`]. The message
+/// names the file.
 pub(crate) fn read_limited(path: &Path, max_samples: u64) -> Result<Sound, FileError> {
     let unreadable = |source: claxon::Error| match source {
         claxon::Error::IoError(source) if source.kind() != std::io::ErrorKind::UnexpectedEof => FileError::read(path)(source),

@@ -1,5 +1,5 @@
-//! Audio files and sample rates, offline: WAV in and out, FLAC and AIFF in, files that are whole or not there, conversion between rates,
-//! NumPy's arrays.
+//! Audio files and sample rates, offline: WAV in and out, FLAC and AIFF in, files that are whole or not there, conversion
+//! between rates, NumPy's arrays.
 
 #![cfg_attr(not(test), warn(clippy::cast_possible_truncation, clippy::cast_sign_loss, clippy::cast_possible_wrap))]
 
@@ -11,6 +11,7 @@ mod layout;
 pub mod npy;
 pub mod pcm;
 pub mod resample;
+mod samples;
 pub mod sound;
 pub mod wav;
 

@@ -1,7 +1,7 @@
 //! Samples that are stored one by one, WAV and AIFF, read block by block.
 
 use crate::layout::Layout;
-use crate::sound::check_rate;
+use crate::samples::check_rate;
 use crate::{FileError, file};
 use std::fs::File;
 use std::io::{BufReader, ErrorKind, Read, Seek, SeekFrom};

@@ -2,7 +2,7 @@
 
 use crate::FileError;
 use crate::atomic::Draft;
-use crate::sound::check_rate;
+use crate::samples::check_rate;
 use hound::{SampleFormat, WavSpec};
 use std::fs::File;
 use std::io::BufWriter;
@@ -58,7 +58,8 @@ impl WavWriter {
     /// Begins a file.
     ///
     /// # Errors
-    /// No channel, a name with another ending than `.wav`, a rate outside [`crate::sound::SAMPLE_RATES_HZ`], or a place that cannot be written to.
+    /// No channel, a name with another ending than `.wav`, a rate outside [`crate::sound::SAMPLE_RATES_HZ`], or a place that
+    /// cannot be written to.
     pub fn create(path: &Path, sample_rate_hz: u32, channels: u16, format: Format) -> Result<Self, FileError> {
         Self::begin(path, sample_rate_hz, channels, format, Draft::create)
     }

@@ -11,8 +11,8 @@ pub type Beside<'a> = dyn FnMut(&str) -> io::Result<Vec<u8>> + 'a;
 /// What a file does not state. `None` everywhere is a sensible choice; the notes say what was assumed.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ImportOptions {
-    /// KITTI: rows a second, 10 without it. COLMAP and NeRF tools: images a second, 1 without it, unless their names are times of day. glTF: samples of the
-    /// animation a second, 60 without it. Above 0.
+    /// KITTI: rows a second, 10 without it. COLMAP and NeRF tools: images a second, 1 without it, unless their names are times
+    /// of day. glTF: samples of the animation a second, 60 without it. Above 0.
     pub fps: Option<f64>,
     /// Where the file's world lies in the scene's; up is for poses of cameras, the others have z or y up.
     pub placement: PlacementOptions,

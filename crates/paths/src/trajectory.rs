@@ -1,7 +1,7 @@
 //! Trajectories of a camera as benchmarks of odometry have them, in text: a row a pose.
 //!
-//! TUM (Sturm et al. 2012): `timestamp tx ty tz qx qy qz qw`. KITTI (Geiger et al. 2012): the upper three rows of the matrix, row
-//! by row. Both take the camera's axes, x right, y down, z forward, to a world of any orientation, in metres.
+//! TUM (Sturm et al. 2012): `timestamp tx ty tz qx qy qz qw`. KITTI (Geiger et al. 2012): the upper three rows of the matrix,
+//! row by row. Both take the camera's axes, x right, y down, z forward, to a world of any orientation, in metres.
 
 use crate::colmap::{self, Image};
 use crate::text::{self, number, quoted};
@@ -10,15 +10,11 @@ use crate::{ImportOptions, PathFileError};
 use glam::{DMat3, DQuat, DVec3};
 use promenade_core::MAX_KEYFRAMES;
 
+/// Numbers in a row.
 const TUM: usize = 8;
 const KITTI: usize = 12;
 /// Rows a second in KITTI's sequences.
 const KITTI_FPS: f64 = 10.0;
-
-/// Whether a row of words is a pose.
-pub(crate) fn is_row(words: &[&str]) -> bool {
-    matches!(words.len(), TUM | KITTI) && words.iter().all(|word| word.parse::<f64>().is_ok())
-}
 
 pub(crate) fn read(file: &str, bytes: &[u8], options: &ImportOptions) -> Result<Track, PathFileError> {
     let (mut images, mut times): (Vec<Image>, Vec<f64>) = (Vec::new(), Vec::new());

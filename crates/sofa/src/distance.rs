@@ -3,8 +3,8 @@
 /// Distances within this ratio are one.
 const SAME: f32 = 1.05;
 
-/// Which responses are of the farthest distance, and which that is in words, where a head was measured all around at several. Mixed together
-/// they would be of none: near a head levels change with the distance.
+/// Which responses are of the farthest distance, and which that is in words, where a head was measured all around at several.
+/// Mixed together they would be of none: near a head levels change with the distance.
 #[must_use]
 pub fn farthest(distances_m: &[f32]) -> Option<(Vec<bool>, String)> {
     let mut sorted = distances_m.to_vec();

@@ -24,8 +24,8 @@ pub struct Server {
 }
 
 impl Server {
-    /// Listens at an address (port 0 is any) for a site, with a file of answers, which is never shown. `hosts` are names of this
-    /// machine beside its own ones.
+    /// Listens at an address (port 0 is any) for a site, with a file of answers, which is never shown. `hosts` are names of
+    /// this machine beside its own ones.
     ///
     /// # Errors
     /// A folder that is no site, a file that cannot be written, an address that cannot be had.

@@ -101,8 +101,8 @@ impl Images {
         !self.facets.is_empty()
     }
 
-    /// The share that images have of what planes mirror, each met at a distance on a way of some length, metres: of each facet of
-    /// a curved wall what falls within it of the first Fresnel zone, and the rest is the rays'.
+    /// The share that images have of what planes mirror, each met at a distance on a way of some length, metres: of each facet
+    /// of a curved wall what falls within it of the first Fresnel zone, and the rest is the rays'.
     pub(crate) fn held(&self, met: &[(u32, f64)], whole_m: f64) -> Held {
         let mut held = [1.0; BANDS + 1];
         if !self.are_shared() {

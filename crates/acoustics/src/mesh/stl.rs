@@ -11,7 +11,8 @@ const TRIANGLE: u64 = 50;
 
 pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<Mesh, AcousticsError> {
     let wrong = |found: String| AcousticsError::content(path, "a readable STL file", found);
-    // A binary file says how many triangles follow; checked before that many are stored. Its free text may begin as a text does.
+    // A binary file says how many triangles follow; checked before that many are stored. Its free text may begin as a text
+    // does.
     let count = bytes[..HEAD.min(bytes.len())].last_chunk::<4>().map_or(0, |count| u32::from_le_bytes(*count));
     let fits = bytes.len() as u64 == HEAD as u64 + TRIANGLE * u64::from(count);
     if fits && count as usize > MAX_TRIANGLES {

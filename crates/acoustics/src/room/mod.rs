@@ -328,8 +328,8 @@ impl Room {
         Ok(None)
     }
 
-    /// Reverberation time by octave after Eyring, seconds, of a closed room of this volume, cubic metres, or of the box about an
-    /// open one, whose openings take all; infinite where nothing absorbs.
+    /// Reverberation time by octave after Eyring, seconds, of a closed room of this volume, cubic metres, or of the box about
+    /// an open one, whose openings take all; infinite where nothing absorbs.
     #[must_use]
     pub fn eyring_t60_s(&self, closed_m3: Option<f64>, air: Option<Air>) -> [f64; BANDS] {
         let opening = Material::even("opening", 1.0, 0.0);

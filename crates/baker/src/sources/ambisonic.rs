@@ -185,11 +185,12 @@ impl AmbisonicResponses {
 type Mistake = (String, String);
 
 impl Normalisation {
-    /// Every one, its name, and how much louder the dipoles together are than the omnidirectional channel in one plane wave, dB.
+    /// Every one, its name, and how much louder the dipoles together are than the omnidirectional channel in one plane wave,
+    /// dB.
     const ALL: [(Self, &str, f64); 3] = [(Self::Sn3d, "sn3d", 0.0), (Self::Fuma, "fuma", 3.010_3), (Self::N3d, "n3d", 4.771_2)];
 
-    /// Refuses channels that another one fits better: the direct sound is nearly one plane wave. `dipoles_db` is how much louder
-    /// its dipoles are, with channels scaled as this one has it.
+    /// Refuses channels that another one fits better: the direct sound is nearly one plane wave. `dipoles_db` is how much
+    /// louder its dipoles are, with channels scaled as this one has it.
     fn check(self, dipoles_db: f64) -> Result<(), Mistake> {
         let own_db = Self::ALL.iter().find(|(n, ..)| *n == self).map_or(0.0, |n| n.2);
         let off_db = |n: &(Self, &str, f64)| (dipoles_db + own_db - n.2).abs();

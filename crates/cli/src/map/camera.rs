@@ -75,8 +75,8 @@ impl View {
     }
 }
 
-/// Intensities of pixels, each a mean over those about it that show the same plane, by Hann's window along rows and columns: what
-/// is left of single particles is smaller than what is seen of the sound.
+/// Intensities of pixels, each a mean over those about it that show the same plane, by Hann's window along rows and columns:
+/// what is left of single particles is smaller than what is seen of the sound.
 fn smoothed(seen: &[Option<Seen>], [width, height]: [usize; 2]) -> Vec<f64> {
     let reach = width / SMOOTHED;
     let weight = |away: usize| 1.0 + (std::f64::consts::PI * away as f64 / (reach + 1) as f64).cos();

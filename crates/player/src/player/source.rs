@@ -16,7 +16,8 @@ enum Kind {
 }
 
 impl Source {
-    /// Opens a WAV or AIFF file, or a FLAC file, which is read whole; converted to a rate where that is given and not the file's own.
+    /// Opens a WAV or AIFF file, or a FLAC file, which is read whole; converted to a rate where that is given and not the
+    /// file's own.
     ///
     /// # Errors
     /// No readable sound file, or one of more than two channels.

@@ -9,8 +9,8 @@ use std::path::Path;
 
 impl AmbisonicResponses {
     /// Loads a SOFA file, a manifest or a folder with one, as `Responses::load`, whose files have the channels of an Ambisonic
-    /// microphone, or a single sound file. Where nothing says how far the source is, it is `distance_m`. Without a normalisation
-    /// it is SN3D, and of a file `.amb` that of Furse and Malham.
+    /// microphone, or a single sound file. Where nothing says how far the source is, it is `distance_m`. Without a
+    /// normalisation it is SN3D, and of a file `.amb` that of Furse and Malham.
     ///
     /// # Errors
     /// Files that are missing or damaged or disagree in their sample rate; capsules of a microphone instead of Ambisonic

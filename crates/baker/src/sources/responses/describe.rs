@@ -34,8 +34,8 @@ struct Manifest<'a> {
     azimuth_positive: Option<&'a str>,
 }
 
-/// Writes the `responses.json` of a folder of binaural sound files by their names, and loads what it describes. The notes of what
-/// is returned say what was assumed.
+/// Writes the `responses.json` of a folder of binaural sound files by their names, and loads what it describes. The notes of
+/// what is returned say what was assumed.
 ///
 /// Azimuths grow to the left unless the ears of the responses contradict that.
 ///
