@@ -173,6 +173,9 @@ fn turn(seed: u64) -> DQuat {
     DQuat::from_xyzw(a * v.sin(), a * v.cos(), b * w.sin(), b * w.cos())
 }
 
+/// The plane and the image that a ray comes from, if one may have it, and the planes that mirrored it with the metres to each.
+type Mirrored<'a> = (Option<(u32, DVec3)>, &'a [(u32, f64)]);
+
 struct Tracer<'a> {
     room: &'a Room,
     source: DVec3,
@@ -356,14 +359,7 @@ impl<'a> Tracer<'a> {
 
     /// Collects a ray that has come so far, metres, on its next metres; `of` is the order and the place of the image that it
     /// comes from, if one may have it, and what has mirrored it.
-    fn collect(
-        &self,
-        ray: &Ray,
-        [way, length]: [f64; 2],
-        energy: &[f32; LANES],
-        (of, met): (Option<(u32, DVec3)>, &[(u32, f64)]),
-        sum: &mut Sum,
-    ) {
+    fn collect(&self, ray: &Ray, [way, length]: [f64; 2], energy: &[f32; LANES], (of, met): Mirrored<'_>, sum: &mut Sum) {
         if matches!(of, Some((0, _))) {
             return;
         }

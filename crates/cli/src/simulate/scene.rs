@@ -134,9 +134,8 @@ fn recipe(of: &RoomArgs, args: &SimulateMeshArgs, spacing_m: f32, (run, air): (&
     let facing = facing.map_or(String::new(), |[yaw, pitch]| format!(" --facing {yaw},{pitch}"));
     format!(
         "simulate {} --source {x},{y},{z}{directivity}{facing}{materials}{tables}{scattering}{}{} --grid {spacing_m} \
-         \
-         --height {height} --margin {margin} --order {order} --beams {beams} --images {images} --head-turns {head_turns} --rays {rays} \
-         --rate {rate}{}",
+         --height {height} --margin {margin} --order {order} --beams {beams} --images {images} \
+         --head-turns {head_turns} --rays {rays} --rate {rate}{}",
         report::file_name(mesh),
         given("scale", *scale),
         given("flatten", *flatten),
