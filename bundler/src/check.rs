@@ -45,7 +45,6 @@ fn all(sections: &mut Sections) -> Result<()> {
 
     let browser = sections
         .run("engine for browsers", || browser.join().map_err(|_| anyhow!("the thread of the engine has panicked"))?)?;
-    // By themselves: hosts that announce no bounce are known by the pace of their blocks.
     sections.run("python", || {
         let hosts = ["pedalboard_check.py", "dawdreamer_check.py", "many_check.py"].map(|check| (check, &vst3));
         hosts

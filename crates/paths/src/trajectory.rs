@@ -41,7 +41,8 @@ pub(crate) fn read(file: &str, bytes: &[u8], options: &ImportOptions) -> Result<
         } else {
             let column = |c: usize| DVec3::new(v[c], v[4 + c], v[8 + c]);
             let axes = DMat3::from_cols(column(0), column(1), column(2));
-            if (axes.transpose() * axes - DMat3::IDENTITY).to_cols_array().iter().any(|off| off.abs() > 0.01) {
+            let square = (axes.transpose() * axes - DMat3::IDENTITY).to_cols_array().iter().all(|off| off.abs() <= 0.01);
+            if !square || axes.determinant() < 0.0 {
                 return Err(wrong("a rotation in the first three columns", quoted(row)));
             }
             (DQuat::from_mat3(&axes).normalize(), column(3))

@@ -86,6 +86,7 @@ fn what_is_not_read_is_named() {
         ("a.txt", "1 2 3 4 0 0 0 1\n1 2 3\n", "8 numbers (TUM) or 12 (KITTI), as many in all rows"),
         ("a.txt", "1 2 3 4 0 0 0 2\n", "a unit quaternion"),
         ("a.txt", "2 0 0 0 0 1 0 0 0 0 1 0\n", "a rotation in the first three columns"),
+        ("a.txt", "-1 0 0 0 0 1 0 0 0 0 1 0\n", "a rotation in the first three columns"),
     ] {
         let error = read(name, text.as_bytes(), &ImportOptions::default(), &mut alone).unwrap_err().to_string();
         assert!(error.starts_with(name) && error.contains(clue), "{error}");
