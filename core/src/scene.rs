@@ -15,7 +15,6 @@ mod image_sources;
 mod lifted;
 mod manifest;
 mod measured;
-mod older;
 mod parts;
 mod tail;
 mod turning_room;

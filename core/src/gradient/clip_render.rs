@@ -2,7 +2,7 @@
 
 use crate::bands::BandPlace;
 use crate::number::single;
-use crate::render::carrier::{EarSpectra, band_places, hop_carriers, per_bin};
+use crate::render::carrier::{EarSpectra, LATE_SET, TAP_SET, band_places, hop_carriers, per_bin};
 use crate::render::head::DELAYED_TAPS;
 use crate::render::lanes::{Block, LANES, blocks_for};
 use crate::render::late::{LATE_HOPS, Late, late_gain, late_lead};
@@ -65,7 +65,8 @@ impl Frames {
 #[derive(Clone, Debug, PartialEq)]
 pub struct ClipRenderInput {
     dry: Frames,
-    tail: Frames,
+    /// Of each ear.
+    tails: [Frames; 2],
     /// Frames that reach into the clip.
     heard: Range<usize>,
     /// Samples before the clip, and of the clip.
@@ -100,7 +101,7 @@ impl ClipRender {
     #[must_use]
     pub fn new(grid: &StftGrid, bands: &Bands, tail: &TailModel, taps: usize) -> Self {
         let places = band_places(grid, bands, f32::INFINITY);
-        let ears: Vec<EarSpectra> = [(0, taps), (1, LATE_HOPS)]
+        let ears: Vec<EarSpectra> = [(TAP_SET, taps), (LATE_SET, LATE_HOPS)]
             .iter()
             .flat_map(|(set, hops)| hop_carriers(grid, grid, bands, tail, *set, *hops))
             .collect();
@@ -113,7 +114,7 @@ impl ClipRender {
             shape: TransferShape { bins: grid.bins(), bands: bands.count(), taps },
             carriers: [0, 1].map(|ear| Frames::of(&ears.iter().map(|e| &e[ear][..]).collect::<Vec<_>>())),
             late_gains: (0..LATE_HOPS).map(late).collect(),
-            network: Late::new(grid, grid, tail, &per_bin(&places, &decay)),
+            network: Late::new(grid, grid, tail, &per_bin(&places, &decay), &per_bin(&places, &tail.coherence)),
             places,
             analysis: Analysis::new(*grid),
             synthesis: Synthesis::new(*grid),
@@ -138,7 +139,7 @@ impl ClipRender {
         let frames = (dry.len() + lag).div_ceil(hop);
         let mut input = ClipRenderInput {
             dry: Frames::new(frames, bins),
-            tail: Frames::new(frames, bins),
+            tails: [(); 2].map(|()| Frames::new(frames, bins)),
             heard: (pre_roll + lag).saturating_sub(self.grid.n_fft).div_ceil(hop)..frames,
             pre_roll: pre_roll.min(dry.len()),
             len: dry.len().saturating_sub(pre_roll),
@@ -146,7 +147,7 @@ impl ClipRender {
         self.analysis.reset();
         self.network.reset();
         let blocks = blocks_for(bins);
-        let (mut fed, mut late) = (vec![Block::default(); blocks], vec![Block::default(); blocks]);
+        let [mut fed, mut left, mut right] = [(); 3].map(|()| vec![Block::default(); blocks]);
         let late_from = self.shape.taps + 1 - late_lead(self.shape.taps);
         for t in 0..frames {
             let newest = self.analysis.newest();
@@ -160,10 +161,12 @@ impl ClipRender {
                 input.dry.get(t - late_from, &mut self.spectrum);
                 SlotMut::of(&mut fed).write(&self.spectrum);
             }
-            self.network.advance(Slot::of(&fed), SlotMut::of(&mut late));
-            let (re, im) = input.tail.frame_mut(t);
-            for (k, (re, im)) in re.iter_mut().zip(im).enumerate() {
-                (*re, *im) = (late[k / LANES].re[k % LANES], late[k / LANES].im[k % LANES]);
+            self.network.advance(Slot::of(&fed), [SlotMut::of(&mut left), SlotMut::of(&mut right)]);
+            for (tail, late) in input.tails.iter_mut().zip([&left, &right]) {
+                let (re, im) = tail.frame_mut(t);
+                for (k, (re, im)) in re.iter_mut().zip(im).enumerate() {
+                    (*re, *im) = (late[k / LANES].re[k % LANES], late[k / LANES].im[k % LANES]);
+                }
             }
         }
         input
@@ -182,7 +185,7 @@ impl ClipRender {
             for t in input.heard.clone() {
                 sum.re.fill(0.0);
                 sum.im.fill(0.0);
-                self.arch.dispatch(Filter { filters: &filters, input, taps: self.shape.taps, frame: t, sum: &mut sum });
+                self.arch.dispatch(Filter { filters: &filters, input, ear, taps: self.shape.taps, frame: t, sum: &mut sum });
                 sum.get(0, &mut self.spectrum);
                 self.synthesis.synthesise(0, &mut self.spectrum, &mut out[t * hop..(t + 1) * hop]);
             }
@@ -207,7 +210,7 @@ impl ClipRender {
         for (ear, gradient) in gradient.into_iter().enumerate() {
             let frames = self.transform_gradient(input, gradient);
             let mut by_filter = Frames::new(1 + taps + LATE_HOPS, bins);
-            self.arch.dispatch(Correlate { gradient: &frames, input, taps, count, out: &mut by_filter });
+            self.arch.dispatch(Correlate { gradient: &frames, input, ear, taps, count, out: &mut by_filter });
             let sign = if ear == 0 { -1.0 } else { 1.0 };
             let turn_per_bin = self.turn_per_bin(transfer, ear);
             let phases = &transfer.phase[ear * bins..(ear + 1) * bins];
@@ -311,12 +314,12 @@ impl ClipRender {
     }
 }
 
-/// Frame that a filter reads: of the dry sound for the direct sound and the taps, of the late network for the rest.
-fn read(input: &ClipRenderInput, taps: usize, filter: usize, frame: usize) -> Option<(&[f32], &[f32])> {
+/// Frame that an ear's filter reads: of the dry sound for the direct sound and the taps, of the late network for the rest.
+fn read(input: &ClipRenderInput, ear: usize, taps: usize, filter: usize, frame: usize) -> Option<(&[f32], &[f32])> {
     if filter <= taps {
         frame.checked_sub(filter).map(|t| input.dry.frame(t))
     } else {
-        frame.checked_sub(filter - 1 - taps).map(|t| input.tail.frame(t))
+        frame.checked_sub(filter - 1 - taps).map(|t| input.tails[ear].frame(t))
     }
 }
 
@@ -324,6 +327,7 @@ fn read(input: &ClipRenderInput, taps: usize, filter: usize, frame: usize) -> Op
 struct Filter<'a> {
     filters: &'a Frames,
     input: &'a ClipRenderInput,
+    ear: usize,
     taps: usize,
     frame: usize,
     sum: &'a mut Frames,
@@ -335,7 +339,7 @@ impl WithSimd for Filter<'_> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, _simd: S) {
         for filter in 0..=self.taps + LATE_HOPS {
-            let Some((x_re, x_im)) = read(self.input, self.taps, filter, self.frame) else { continue };
+            let Some((x_re, x_im)) = read(self.input, self.ear, self.taps, filter, self.frame) else { continue };
             let (h_re, h_im) = self.filters.frame(filter);
             let sums = self.sum.re.iter_mut().zip(&mut self.sum.im);
             for (((((y_re, y_im), h_re), h_im), x_re), x_im) in sums.zip(h_re).zip(h_im).zip(x_re).zip(x_im) {
@@ -350,6 +354,7 @@ impl WithSimd for Filter<'_> {
 struct Correlate<'a> {
     gradient: &'a Frames,
     input: &'a ClipRenderInput,
+    ear: usize,
     taps: usize,
     count: usize,
     out: &'a mut Frames,
@@ -363,7 +368,9 @@ impl WithSimd for Correlate<'_> {
         for i in 0..self.count {
             let (g_re, g_im) = self.gradient.frame(i);
             for filter in 0..=self.taps + LATE_HOPS {
-                let Some((x_re, x_im)) = read(self.input, self.taps, filter, self.input.heard.start + i) else { continue };
+                let Some((x_re, x_im)) = read(self.input, self.ear, self.taps, filter, self.input.heard.start + i) else {
+                    continue;
+                };
                 let (y_re, y_im) = self.out.frame_mut(filter);
                 let sums = y_re.iter_mut().zip(y_im);
                 for (((((y_re, y_im), g_re), g_im), x_re), x_im) in sums.zip(g_re).zip(g_im).zip(x_re).zip(x_im) {

@@ -33,8 +33,11 @@ pub(crate) struct Ahead {
 /// Filters `[block][hop]` that are applied to the frames of a ring.
 #[derive(Clone, Copy)]
 pub(crate) struct Applied<'a> {
-    /// The newest frame that the first of the taps is applied to: by the last of the frames that are worked out.
+    /// The newest frame that the first of the taps is applied to: by the last of the frames that are worked out. One for both
+    /// ears, or the left's.
     pub(crate) newest: Slot<'a>,
+    /// The right ear's.
+    pub(crate) right: Option<Slot<'a>>,
     pub(crate) filter: &'a [EarBlocks],
     pub(crate) hops: usize,
     pub(crate) first_tap: usize,
@@ -116,17 +119,21 @@ impl WithSimd for Apply<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let Self { filters: Applied { newest, filter, hops, first_tap }, first, out } = self;
-        let rows = newest.histories().zip(filter.chunks_exact(hops)).skip(first);
-        for ((history, taps), out) in rows.zip(out) {
+        let Self { filters: Applied { newest, right, filter, hops, first_tap }, first, out } = self;
+        let histories = newest.histories().zip(right.unwrap_or(newest).histories());
+        let rows = histories.zip(filter.chunks_exact(hops)).skip(first);
+        for (((left, of_right), taps), out) in rows.zip(out) {
             let taps = &taps[first_tap..];
             for vector in 0..LANES / S::F32_LANES {
                 // Sums of four frames fill the registers of the widest vectors; others have half as many.
-                if S::REGISTER_COUNT >= 32 {
-                    frames::<S, FRAMES>(simd, 0, vector, history, taps, out);
+                if right.is_some() {
+                    frames::<S, 2, 2>(simd, 0, vector, [left, of_right], taps, out);
+                    frames::<S, 2, 2>(simd, 2, vector, [left, of_right], taps, out);
+                } else if S::REGISTER_COUNT >= 32 {
+                    frames::<S, FRAMES, 1>(simd, 0, vector, [left], taps, out);
                 } else {
-                    frames::<S, 2>(simd, 0, vector, history, taps, out);
-                    frames::<S, 2>(simd, 2, vector, history, taps, out);
+                    frames::<S, 2, 1>(simd, 0, vector, [left], taps, out);
+                    frames::<S, 2, 1>(simd, 2, vector, [left], taps, out);
                 }
             }
         }
@@ -135,19 +142,19 @@ impl WithSimd for Apply<'_> {
 
 /// Adds `N` of the frames, from one on, in one vector of a block.
 #[inline(always)]
-fn frames<S: Simd, const N: usize>(
+fn frames<S: Simd, const N: usize, const EARS: usize>(
     simd: S,
     from: usize,
     vector: usize,
-    [history, before]: [&[Block]; 2],
+    histories: [[&[Block]; 2]; EARS],
     taps: &[EarBlocks],
     out: &mut [EarBlocks; FRAMES],
 ) {
     let zero = simd.splat_f32s(0.0);
     let newest = FRAMES - from - N;
-    let mut heard = [[zero; 2]; N];
+    let mut heard = [[[zero; 2]; EARS]; N];
     for (n, heard) in heard[..N - 1].iter_mut().enumerate() {
-        *heard = spectrum::<S>(history, before, newest + N - 2 - n, vector);
+        *heard = spectra::<S, EARS>(histories, newest + N - 2 - n, vector);
     }
     let mut sums = [[zero; 4]; N];
     for (tap, h) in taps.iter().enumerate() {
@@ -155,11 +162,12 @@ fn frames<S: Simd, const N: usize>(
         for n in (1..N).rev() {
             heard[n] = heard[n - 1];
         }
-        heard[0] = spectrum::<S>(history, before, newest + tap + N - 1, vector);
+        heard[0] = spectra::<S, EARS>(histories, newest + tap + N - 1, vector);
         let h = h.parts::<S>(vector);
         let minus = [simd.sub_f32s(zero, h[1]), simd.sub_f32s(zero, h[3])];
-        for (sums, [re, im]) in sums.iter_mut().zip(heard) {
+        for (sums, heard) in sums.iter_mut().zip(heard) {
             for ear in 0..2 {
+                let [re, im] = heard[ear * (EARS - 1)];
                 let (h_re, h_im) = (h[2 * ear], h[2 * ear + 1]);
                 sums[2 * ear] = simd.mul_add_e_f32s(minus[ear], im, simd.mul_add_e_f32s(h_re, re, sums[2 * ear]));
                 sums[2 * ear + 1] = simd.mul_add_e_f32s(h_im, re, simd.mul_add_e_f32s(h_re, im, sums[2 * ear + 1]));
@@ -171,11 +179,15 @@ fn frames<S: Simd, const N: usize>(
     }
 }
 
-/// One vector of a frame of some age in a block.
+/// One vector of a frame of some age in a block, of each ear.
 #[inline(always)]
-fn spectrum<S: Simd>(history: &[Block], before: &[Block], age: usize, vector: usize) -> [S::f32s; 2] {
-    let block = if age < history.len() { &history[age] } else { &before[age - history.len()] };
-    [part::<S>(&block.re, vector), part::<S>(&block.im, vector)]
+fn spectra<S: Simd, const EARS: usize>(histories: [[&[Block]; 2]; EARS], age: usize, vector: usize) -> [[S::f32s; 2]; EARS] {
+    let mut spectra = [[part::<S>(&[0.0; LANES], 0); 2]; EARS];
+    for (spectrum, [history, before]) in spectra.iter_mut().zip(histories) {
+        let block = if age < history.len() { &history[age] } else { &before[age - history.len()] };
+        *spectrum = [part::<S>(&block.re, vector), part::<S>(&block.im, vector)];
+    }
+    spectra
 }
 
 #[cfg(test)]
@@ -215,8 +227,8 @@ mod tests {
                 let newest = ring.at(0);
                 // A turn that is left out is made up for.
                 let turn = if frame == 17 { 0 } else { frame % FRAMES };
-                ahead.add(turn, &[Applied { newest, filter, hops: taps, first_tap }], &mut found);
-                let (newest, sums) = (ring.at(FRAMES - 1), &mut wanted);
+                ahead.add(turn, &[Applied { newest, right: None, filter, hops: taps, first_tap }], &mut found);
+                let (newest, sums) = ([ring.at(FRAMES - 1)], &mut wanted);
                 Accumulate { arch, newest, filter, hops: taps, taps: first_tap..taps, sums }.run();
                 assert!(found[..first].iter().all(|block| *block == EarBlocks::default()));
                 for (found, wanted) in found.iter().zip(&wanted).skip(first) {

@@ -73,7 +73,7 @@ impl Bass {
             return;
         }
         own.fill(EarBlocks::default());
-        Accumulate { arch: *arch, newest, filter: filters, hops: *hops, taps, sums: own }.run();
+        Accumulate { arch: *arch, newest: [newest], filter: filters, hops: *hops, taps, sums: own }.run();
         for (sum, own) in sums.iter_mut().zip(own) {
             scale(own, level);
             for (sum, own) in sum.ears.iter_mut().zip(&own.ears) {

@@ -3,6 +3,7 @@
 use crate::bands::{BandPlace, Bands};
 use crate::number::{single, whole, whole_signed};
 use crate::random::{Random, mix};
+use crate::render::late::shared;
 use crate::{StftGrid, TailModel};
 use promenade_fourier::num_complex::Complex32;
 use promenade_fourier::{ComplexToReal, RealToComplex, spectrum};
@@ -15,6 +16,11 @@ const PHASE_BINS: usize = 10;
 const LEVEL_ROUNDS: usize = 8;
 /// Samples of the host that a fractional delay reaches to either side.
 const DELAY_REACH: i64 = 6;
+
+/// Numbers of the sets of carriers of the taps and of the late part.
+pub(crate) const TAP_SET: u64 = 0;
+/// See [`TAP_SET`].
+pub(crate) const LATE_SET: u64 = 1;
 
 /// Spectra of both ears for one hop of a room's response.
 pub(crate) type EarSpectra = [Vec<Complex32>; 2];
@@ -41,7 +47,11 @@ pub(crate) fn hop_carriers(
     hops: usize,
 ) -> Vec<EarSpectra> {
     let places = band_places(scene_grid, bands, f32::INFINITY);
-    let coherence = per_bin(&places, &tail.coherence);
+    let coherence = match set {
+        // The network has its share.
+        LATE_SET => per_bin(&places, &tail.coherence.iter().map(|c| shared(*c)).collect::<Vec<_>>()),
+        _ => per_bin(&places, &tail.coherence),
+    };
     let mut shaper = Shaper::new(scene_grid);
     (0..hops)
         .map(|hop| {
@@ -224,7 +234,7 @@ mod tests {
             let tail = TailModel { seed: 4, t60_s: vec![1.0; bands.count()], coherence: vec![0.3; bands.count()] };
             let inverse = promenade_fourier::inverse::<f32>(grid.n_fft);
             let places = band_places(&grid, &bands, f32::INFINITY);
-            for ears in hop_carriers(&grid, &scene_grid, &bands, &tail, 0, 4) {
+            for ears in hop_carriers(&grid, &scene_grid, &bands, &tail, TAP_SET, 4) {
                 for mut ear in ears {
                     // The last band holds above the scene's own, where nothing is set.
                     let levels = band_levels(&ear, &places, bands.count());

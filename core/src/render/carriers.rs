@@ -5,7 +5,7 @@ use crate::decode::sites::Sites;
 use crate::latency::{Latency, Pace};
 use crate::number::{single, whole};
 use crate::render::beside_waves::beside_waves;
-use crate::render::carrier::{EarSpectra, Shaper, band_places, hop_carriers};
+use crate::render::carrier::{EarSpectra, LATE_SET, Shaper, TAP_SET, band_places, hop_carriers};
 use crate::render::carrier_set::CarrierSet;
 use crate::render::decay_curve::DecayCurve;
 use crate::render::direct::TAKES_OVER_FROM;
@@ -148,8 +148,8 @@ impl Carriers {
             pace: Pace::new(Latency::Frame, grid, taps),
             top_hz,
             places: band_places(grid, bands, top_hz),
-            taps: set(0, taps),
-            late: set(1, LATE_HOPS),
+            taps: set(TAP_SET, taps),
+            late: set(LATE_SET, LATE_HOPS),
             measured: None,
             curve: Arc::new(DecayCurve::exponential(tail, grid.hop_s(), taps)),
             images: None,

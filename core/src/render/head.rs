@@ -324,12 +324,12 @@ impl RenderHead {
         // What is played apart is the direct sound and the taps before this one.
         let first = self.apart.saturating_sub(1);
         let add_taps = |taps: Range<usize>, sums: &mut [EarBlocks]| {
-            let newest = input.at(taps.start + 1 - self.apart);
+            let newest = [input.at(taps.start + 1 - self.apart)];
             Accumulate { arch, newest, filter, hops, taps, sums }.run();
         };
         if self.apart == 0 {
             let filter = self.direct.blocks();
-            Accumulate { arch, newest: input.at(0), filter, hops: 1, taps: 0..1, sums: direct }.run();
+            Accumulate { arch, newest: [input.at(0)], filter, hops: 1, taps: 0..1, sums: direct }.run();
         }
         self.bass.add(input.at(0), 1.0 - room_gain, direct);
         let apart = trim.early != trim.late;
@@ -344,7 +344,7 @@ impl RenderHead {
                     let quick = &mut room[..ahead.first()];
                     add_taps(next..early, quick);
                     later.add(quick);
-                    let taps = Applied { newest: input.at(0), filter, hops, first_tap: next };
+                    let taps = Applied { newest: input.at(0), right: None, filter, hops, first_tap: next };
                     ahead.add(self.turn, &[taps, later.applied()], room);
                 }
                 (_, later) => {

@@ -9,10 +9,10 @@ pub(crate) use crate::render::block::{Block, EarBlocks, blocks_for, ear_spectrum
 pub(crate) use crate::simd::LANES;
 
 /// Adds `filter[block][taps.start + i]` times a frame of which `i` is the age to both ears, over `i`, block by block.
-pub(crate) struct Accumulate<'a> {
+pub(crate) struct Accumulate<'a, const EARS: usize> {
     pub(crate) arch: Arch,
-    /// The frame of the first tap; the others have those before it.
-    pub(crate) newest: Slot<'a>,
+    /// The frame of the first tap, one for both ears or for each; the others have those before it.
+    pub(crate) newest: [Slot<'a>; EARS],
     /// Filters `[block][hop]`, and the hops that are applied.
     pub(crate) filter: &'a [EarBlocks],
     pub(crate) hops: usize,
@@ -20,13 +20,13 @@ pub(crate) struct Accumulate<'a> {
     pub(crate) sums: &'a mut [EarBlocks],
 }
 
-impl Accumulate<'_> {
+impl<const EARS: usize> Accumulate<'_, EARS> {
     pub(crate) fn run(self) {
         self.arch.dispatch(self);
     }
 }
 
-impl WithSimd for Accumulate<'_> {
+impl<const EARS: usize> WithSimd for Accumulate<'_, EARS> {
     type Output = ();
 
     #[inline(always)]
@@ -35,18 +35,20 @@ impl WithSimd for Accumulate<'_> {
         if range.is_empty() {
             return;
         }
-        for ((sum, [history, before]), taps) in sums.iter_mut().zip(newest.histories()).zip(filter.chunks_exact(hops)) {
-            let (taps, older_taps) = taps[range.clone()].split_at(history.len().min(range.len()));
+        let histories = newest[0].histories().zip(newest[EARS - 1].histories());
+        for ((sum, (left, right)), taps) in sums.iter_mut().zip(histories).zip(filter.chunks_exact(hops)) {
+            let (taps, older_taps) = taps[range.clone()].split_at(left[0].len().min(range.len()));
             for v in 0..LANES / S::F32_LANES {
                 // Products with the input's real and its imaginary part have sums of their own: four chains of additions would
                 // wait for each other, eight do not.
                 let zero = simd.splat_f32s(0.0);
                 let (mut by_re, mut by_im) = ([zero; 4], [zero; 4]);
-                for (history, taps) in [(history, taps), (before, older_taps)] {
-                    for (x, h) in history.iter().zip(taps) {
-                        let (re, im) = (part::<S>(&x.re, v), part::<S>(&x.im, v));
-                        let h = h.parts::<S>(v);
+                for (i, taps) in [taps, older_taps].into_iter().enumerate() {
+                    // One frame for both ears is read once.
+                    for ((x, right), h) in left[i].iter().zip(right[i]).zip(taps) {
+                        let (x, h) = ([x, if EARS == 1 { x } else { right }], h.parts::<S>(v));
                         for i in 0..4 {
+                            let (re, im) = (part::<S>(&x[i / 2].re, v), part::<S>(&x[i / 2].im, v));
                             by_re[i] = simd.mul_add_e_f32s(h[i], re, by_re[i]);
                             by_im[i] = simd.mul_add_e_f32s(h[i], im, by_im[i]);
                         }
@@ -172,7 +174,7 @@ mod tests {
         }
         let mut sums = vec![EarBlocks::default(); blocks];
         for taps in [0..2, 2..5] {
-            let (newest, sums) = (ring.at(taps.start + 1), &mut sums);
+            let (newest, sums) = ([ring.at(taps.start + 1)], &mut sums);
             Accumulate { arch: Arch::new(), newest, filter: &filter, hops: 5, taps, sums }.run();
         }
         for k in 0..bins {

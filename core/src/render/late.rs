@@ -18,6 +18,9 @@ const DIFFUSION: f32 = 0.7;
 const LINES: [usize; 4] = [11, 13, 17, 19];
 /// Level at which the diffused input is heard besides the lines, so that the energy starts as it goes on.
 const HEARD_INPUT: f32 = 0.95;
+/// What the lines' second and third sum have in common, a correlation, and what is left of one without the other. Measured: .01
+/// as the sound begins, .25 once it has gone round.
+const ALIKE: f32 = 0.12;
 /// Energy per hop that the lossless network puts out for a unit impulse, over [`LATE_HOPS`] hops of noise (measured: see the
 /// test).
 const STEADY_ENERGY: f32 = 0.464;
@@ -33,10 +36,15 @@ const SILENCE: f32 = 1e-12;
 /// by the band's decay over `m` hops, so the tail is exactly exponential, and by a phase that varies slowly from bin to bin, so
 /// that bands do not repeat one pattern. Decay and phase change so slowly over bins that frames stay compact: the network is
 /// time-invariant to the ear, and tones that pass through it stay tones.
+///
+/// The right ear hears another sum of the lines than the left, by as much as the room's sound differs there: one sum for both,
+/// however it is coloured, agrees in wide bands by what 40 ms of noise have in common.
 pub(crate) struct Late {
     arch: Arch,
     diffusers: [DelayLine; 3],
     lines: [DelayLine; 4],
+    /// Of each bin, how much the right ear hears of the left's sum, and of the other.
+    across: [Vec<[f32; LANES]>; 2],
     silent_frames: usize,
 }
 
@@ -87,8 +95,13 @@ impl DelayLine {
 
 impl Late {
     /// Prepares the network for a host grid; `hop_decay` is the amplitude left after one hop per bin. In single precision it
-    /// would be off by a thousandth of the decay of a room that rings for minutes.
-    pub(crate) fn new(grid: &StftGrid, scene_grid: &StftGrid, tail: &TailModel, hop_decay: &[f64]) -> Self {
+    /// would be off by a thousandth of the decay of a room that rings for minutes. `coherence` is that of the ears, per bin.
+    pub(crate) fn new(grid: &StftGrid, scene_grid: &StftGrid, tail: &TailModel, hop_decay: &[f64], coherence: &[f32]) -> Self {
+        let apart = |c: &f32| (1.0 - shared(*c).powi(2)).max(0.0).sqrt() / (1.0 - ALIKE * ALIKE).sqrt();
+        let packed = |value: &dyn Fn(&f32) -> f32| {
+            let block = |block: &[f32]| std::array::from_fn(|i| block.get(i).map_or(0.0, value));
+            coherence.chunks(LANES).map(block).collect()
+        };
         let mut stream = 16;
         let mut line = |hops: usize, turning: bool| {
             stream += 1;
@@ -109,6 +122,7 @@ impl Late {
             arch: Arch::new(),
             diffusers: DIFFUSERS.map(|m| line(m, false)),
             lines: LINES.map(|m| line(m, true)),
+            across: [packed(&|c| shared(*c).abs() - ALIKE * apart(c)), packed(&apart)],
             silent_frames: usize::MAX / 2,
         }
     }
@@ -123,10 +137,10 @@ impl Late {
         1.0 / STEADY_ENERGY.sqrt()
     }
 
-    /// Takes one frame in and puts one out.
-    pub(crate) fn advance(&mut self, input: Slot<'_>, output: SlotMut<'_>) {
+    /// Takes one frame in and puts one out for each ear.
+    pub(crate) fn advance(&mut self, input: Slot<'_>, outputs: [SlotMut<'_>; 2]) {
         let arch = self.arch;
-        let peak = arch.dispatch(Advance { late: self, input, output });
+        let peak = arch.dispatch(Advance { late: self, input, outputs });
         self.diffusers.iter_mut().chain(&mut self.lines).for_each(DelayLine::step);
         self.silent_frames = if peak < SILENCE { self.silent_frames.saturating_add(1) } else { 0 };
     }
@@ -146,14 +160,15 @@ impl Late {
     }
 
     pub(crate) fn memory_bytes(&self) -> usize {
-        self.diffusers.iter().chain(&self.lines).map(DelayLine::memory_bytes).sum()
+        let lines = self.diffusers.iter().chain(&self.lines).map(DelayLine::memory_bytes);
+        lines.sum::<usize>() + self.across.iter().map(|share| size_of_val(&**share)).sum::<usize>()
     }
 }
 
 struct Advance<'a> {
     late: &'a mut Late,
     input: Slot<'a>,
-    output: SlotMut<'a>,
+    outputs: [SlotMut<'a>; 2],
 }
 
 impl WithSimd for Advance<'_> {
@@ -161,22 +176,27 @@ impl WithSimd for Advance<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> f32 {
-        let Self { late: Late { diffusers, lines, .. }, input, output } = self;
+        let Self { late: Late { diffusers, lines, across, .. }, input, outputs: [left, right] } = self;
         let zero = simd.splat_f32s(0.0);
         let mut peak = zero;
-        for (block, (input, out)) in input.blocks().zip(output.blocks()).enumerate() {
+        // What the last diffuser keeps is as loud as what it passes on, and has nothing in common with it.
+        let heard = [HEARD_INPUT, HEARD_INPUT * (1.0 - DIFFUSION * DIFFUSION).sqrt()].map(|gain| simd.splat_f32s(gain));
+        let outputs = left.blocks().zip(right.blocks());
+        for (block, (input, (left, right))) in input.blocks().zip(outputs).enumerate() {
             let mut diffusers = diffusers.each_mut().map(|line| line.at(block));
             let mut lines = lines.each_mut().map(|line| line.at(block));
             for v in 0..LANES / S::F32_LANES {
                 let mut x = [part::<S>(&input.re, v), part::<S>(&input.im, v)];
+                let mut kept = x;
                 for (gain, slot) in &mut diffusers {
                     let decay = part::<S>(&gain.re, v);
-                    for (x, slot) in x.iter_mut().zip([&mut slot.re, &mut slot.im]) {
+                    for ((x, kept), slot) in x.iter_mut().zip(&mut kept).zip([&mut slot.re, &mut slot.im]) {
                         let delayed = simd.mul_f32s(decay, part::<S>(slot, v));
                         let fed = simd.mul_add_e_f32s(simd.splat_f32s(DIFFUSION), delayed, *x);
                         let fed = audible(simd, fed, &mut peak);
                         put::<S>(slot, v, fed);
                         *x = simd.mul_add_e_f32s(simd.splat_f32s(-DIFFUSION), fed, delayed);
+                        *kept = fed;
                     }
                 }
                 let mut delayed = [[zero; 4]; 2];
@@ -194,12 +214,17 @@ impl WithSimd for Advance<'_> {
                         put::<S>(slot, v, audible(simd, fed, &mut peak));
                     }
                 }
-                // The lines are fed by the matrix's first row and heard by its second. Heard by the first, every way through
-                // them would add in phase with its own reverse, and the tail would grow by 3 dB once such ways are many:
-                // coherent backscattering (Weaver and Lobkis 2000).
-                let heard = simd.splat_f32s(HEARD_INPUT);
-                put::<S>(&mut out.re, v, simd.mul_add_e_f32s(heard, x[0], coupled[0][1]));
-                put::<S>(&mut out.im, v, simd.mul_add_e_f32s(heard, x[1], coupled[1][1]));
+                // The lines are fed by the matrix's first row and heard by its second and third. Heard by the first, every way
+                // through them would add in phase with its own reverse, and the tail would grow by 3 dB once such ways are
+                // many: coherent backscattering (Weaver and Lobkis 2000).
+                let [own, other] = [part::<S>(&across[0][block], v), part::<S>(&across[1][block], v)];
+                let ears = [&mut left.re, &mut left.im].into_iter().zip([&mut right.re, &mut right.im]);
+                for (i, (left, right)) in ears.enumerate() {
+                    let first = simd.mul_add_e_f32s(heard[0], x[i], coupled[i][1]);
+                    let second = simd.mul_add_e_f32s(heard[1], kept[i], coupled[i][2]);
+                    put::<S>(left, v, first);
+                    put::<S>(right, v, simd.mul_add_e_f32s(own, first, simd.mul_f32s(other, second)));
+                }
             }
         }
         simd.reduce_max_f32s(peak)
@@ -222,6 +247,11 @@ fn hadamard<S: Simd>(simd: S, [a, b, c, d]: [S::f32s; 4]) -> [S::f32s; 4] {
     let [sum, difference] = [S::add_f32s, S::sub_f32s];
     let (ab, a_b, cd, c_d) = (sum(simd, a, b), difference(simd, a, b), sum(simd, c, d), difference(simd, c, d));
     [sum(simd, ab, cd), sum(simd, a_b, c_d), difference(simd, ab, cd), difference(simd, a_b, c_d)]
+}
+
+/// Share of the ears' coherence that the network has, and its carriers have the same: with its sign.
+pub(crate) fn shared(coherence: f32) -> f32 {
+    coherence.signum() * coherence.abs().sqrt()
 }
 
 /// Hops by which the late part starts before the hop after the last tap.
@@ -257,17 +287,17 @@ mod tests {
         let bins = grid.bins();
         // The upper bins die within a few hops, the lower ones linger.
         let decay: Vec<f64> = (0..bins).map(|k| if k < 100 { 0.97 } else { 0.1 }).collect();
-        let mut late = Late::new(&grid, &grid, &tail, &decay);
+        let mut late = Late::new(&grid, &grid, &tail, &decay, &vec![0.3; bins]);
         let mut input = vec![Block::default(); blocks_for(bins)];
         SlotMut::of(&mut input).write(&vec![1.0.into(); bins]);
-        let mut out = input.clone();
+        let [mut out, mut right] = [input.clone(), input.clone()];
         for frame in 0..3_000 {
-            late.advance(Slot::of(&input), SlotMut::of(&mut out));
+            late.advance(Slot::of(&input), [&mut out, &mut right].map(|ear| SlotMut::of(ear)));
             input.fill(Block::default());
             let rings = late.diffusers.iter().chain(&late.lines).flat_map(|l| &l.ring);
             assert!(rings.flat_map(|b| b.re.iter().chain(&b.im)).all(|v| !v.is_subnormal()), "frame {frame}");
         }
-        assert!(late.is_silent() && out.iter().all(|b| *b == Block::default()));
+        assert!(late.is_silent() && out.iter().chain(&right).all(|b| *b == Block::default()));
     }
 
     #[test]
@@ -275,7 +305,8 @@ mod tests {
         let grid = StftGrid { sample_rate_hz: 48_000.0, n_fft: 960, hop: 240 };
         for t60_s in [0.01, 1.0, 30.0, 1000.0_f64] {
             let tail = TailModel { seed: 1, t60_s: vec![single(t60_s); 2], coherence: vec![0.0; 2] };
-            let late = Late::new(&grid, &grid, &tail, &vec![10.0_f64.powf(-3.0 * grid.hop_s() / t60_s); grid.bins()]);
+            let decay = vec![10.0_f64.powf(-3.0 * grid.hop_s() / t60_s); grid.bins()];
+            let late = Late::new(&grid, &grid, &tail, &decay, &vec![0.0; grid.bins()]);
             for line in late.diffusers.iter().chain(&late.lines) {
                 let nepers = -3.0 * std::f64::consts::LN_10 * grid.hop_s() / t60_s * line.hops as f64;
                 for k in 0..grid.bins() {
@@ -294,27 +325,59 @@ mod tests {
         let grid = StftGrid { sample_rate_hz: 48_000.0, n_fft: 960, hop: 240 };
         let tail = TailModel { seed: 1, t60_s: vec![1.0; 2], coherence: vec![0.0; 2] };
         let bins = grid.bins();
-        let mut late = Late::new(&grid, &grid, &tail, &vec![1.0; bins]);
+        let mut late = Late::new(&grid, &grid, &tail, &vec![1.0; bins], &vec![0.0; bins]);
         let blocks = blocks_for(bins);
         let mut input = vec![Block::default(); blocks];
         SlotMut::of(&mut input).write(&vec![1.0.into(); bins]);
-        let mut out = vec![Block::default(); blocks];
-        let mut energies = Vec::new();
+        let mut out = [(); 2].map(|()| vec![Block::default(); blocks]);
+        let mut energies = [(); 2].map(|()| Vec::new());
         for _ in 0..400 {
-            late.advance(Slot::of(&input), SlotMut::of(&mut out));
+            let [left, right] = &mut out;
+            late.advance(Slot::of(&input), [left, right].map(|ear| SlotMut::of(ear)));
             input.fill(Block::default());
-            let energy: f32 =
-                (0..bins).map(|k| out[k / LANES].re[k % LANES].powi(2) + out[k / LANES].im[k % LANES].powi(2)).sum();
-            energies.push(energy / bins as f32);
+            for (energies, out) in energies.iter_mut().zip(&out) {
+                let energy: f32 =
+                    (0..bins).map(|k| out[k / LANES].re[k % LANES].powi(2) + out[k / LANES].im[k % LANES].powi(2)).sum();
+                energies.push(energy / bins as f32);
+            }
         }
-        let over = |from: usize| energies[from..from + LATE_HOPS].iter().sum::<f32>();
-        for from in 0..380 {
-            let db = 10.0 * (over(from) / STEADY_ENERGY).log10();
-            assert!(db.abs() < 1.5, "hops {from} on: {db:.1} dB");
+        for (energies, most_db) in energies.into_iter().zip([1.5, 2.0]) {
+            let over = |from: usize| energies[from..from + LATE_HOPS].iter().sum::<f32>();
+            for from in 0..380 {
+                let db = 10.0 * (over(from) / STEADY_ENERGY).log10();
+                assert!(db.abs() < most_db, "hops {from} on: {db:.1} dB");
+            }
+            let late_mean = energies[100..400].iter().sum::<f32>() / 300.0 * LATE_HOPS as f32;
+            assert!((late_mean / STEADY_ENERGY - 1.0).abs() < 0.1, "{late_mean}");
         }
-        let late_mean = energies[100..400].iter().sum::<f32>() / 300.0 * LATE_HOPS as f32;
-        assert!((late_mean / STEADY_ENERGY - 1.0).abs() < 0.1, "{late_mean}");
         late.reset();
         assert!(late.is_silent());
+    }
+
+    #[test]
+    fn ears_have_as_much_in_common_as_is_shared_and_no_more() {
+        let grid = StftGrid { sample_rate_hz: 48_000.0, n_fft: 960, hop: 240 };
+        let tail = TailModel { seed: 1, t60_s: vec![1.0; 2], coherence: vec![0.0; 2] };
+        let bins = grid.bins();
+        for coherence in [0.0, 0.3, 0.9_f32] {
+            let mut late = Late::new(&grid, &grid, &tail, &vec![0.98; bins], &vec![coherence; bins]);
+            let mut input = vec![Block::default(); blocks_for(bins)];
+            SlotMut::of(&mut input).write(&vec![1.0.into(); bins]);
+            let [mut left, mut right] = [input.clone(), input.clone()];
+            let (mut common, mut energies) = (0.0, [0.0; 2]);
+            for _ in 0..150 {
+                late.advance(Slot::of(&input), [SlotMut::of(&mut left), SlotMut::of(&mut right)]);
+                input.fill(Block::default());
+                for (l, r) in left.iter().zip(&right) {
+                    for i in 0..LANES {
+                        common += l.re[i] * r.re[i] + l.im[i] * r.im[i];
+                        energies[0] += l.re[i].powi(2) + l.im[i].powi(2);
+                        energies[1] += r.re[i].powi(2) + r.im[i].powi(2);
+                    }
+                }
+            }
+            let found = common / (energies[0] * energies[1]).sqrt();
+            assert!((found - coherence.sqrt()).abs() < 0.15, "{found} at {coherence}");
+        }
     }
 }

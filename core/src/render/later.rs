@@ -2,6 +2,7 @@
 
 use crate::number::single;
 use crate::render::ahead::Applied;
+use crate::render::carrier::per_bin;
 use crate::render::carriers::Carriers;
 use crate::render::decay::Decay;
 use crate::render::lanes::{Accumulate, Block, EarBlocks, blocks_for};
@@ -28,8 +29,8 @@ pub(crate) struct Later {
     /// Gains of one late hop and of the bass after the taps, both ears.
     late_gains: Vec<f32>,
     low_gains: Vec<f32>,
-    /// The newest spectra of the network.
-    tail: Ring,
+    /// The newest spectra of the network, of each ear.
+    tails: [Ring; 2],
     /// Frames by which the network is ahead of those that are heard.
     ahead: usize,
 }
@@ -51,12 +52,12 @@ impl Later {
             arch: Arch::new(),
             shape,
             filters: Taps::new(LATE_HOPS, &carriers.places, shape.bands),
-            network: Late::new(grid, scene_grid, tail, decay.stated_bins()),
+            network: Late::new(grid, scene_grid, tail, decay.stated_bins(), &per_bin(&carriers.places, &tail.coherence)),
             low: Low::new(low_hops, shape.taps - carriers.pace.early_hops()),
             levels: vec![0.0; LATE_HOPS * shape.bands],
             late_gains: vec![0.0; shape.tap_len()],
             low_gains: vec![1.0; shape.tap_len()],
-            tail: Ring::new(blocks_for(grid.bins()), LATE_HOPS + ahead),
+            tails: [(); 2].map(|()| Ring::new(blocks_for(grid.bins()), LATE_HOPS + ahead)),
             ahead,
         };
         later.set_levels(decay);
@@ -146,17 +147,19 @@ impl Later {
 
     /// Feeds the network, whose output is heard so many frames later.
     pub(crate) fn advance(&mut self, input: Slot<'_>) {
-        self.network.advance(input, self.tail.advance());
+        self.network.advance(input, self.tails.each_mut().map(Ring::advance));
     }
 
     /// The late part's filters on the frames of the network, for frames that are worked out ahead.
     pub(crate) fn applied(&self) -> Applied<'_> {
-        Applied { newest: self.tail.at(0), filter: self.filters.filters(), hops: LATE_HOPS, first_tap: 0 }
+        let [newest, right] = self.tails.each_ref().map(|tail| tail.at(0));
+        Applied { newest, right: Some(right), filter: self.filters.filters(), hops: LATE_HOPS, first_tap: 0 }
     }
 
     /// Adds its sound to both ears, in as many blocks of bins as there are.
     pub(crate) fn add(&self, sums: &mut [EarBlocks]) {
-        let (newest, filter, hops) = (self.tail.at(self.ahead), self.filters.filters(), LATE_HOPS);
+        let newest = self.tails.each_ref().map(|tail| tail.at(self.ahead));
+        let (filter, hops) = (self.filters.filters(), LATE_HOPS);
         Accumulate { arch: self.arch, newest, filter, hops, taps: 0..hops, sums }.run();
         self.low.add(sums);
     }
@@ -168,7 +171,7 @@ impl Later {
 
     /// Empties the late part.
     pub(crate) fn forget(&mut self) {
-        self.tail.reset();
+        self.tails.iter_mut().for_each(Ring::reset);
         self.network.reset();
     }
 
@@ -178,6 +181,7 @@ impl Later {
     }
 
     pub(crate) fn memory_bytes(&self) -> usize {
-        self.tail.memory_bytes() + self.filters.memory_bytes() + self.network.memory_bytes() + self.low.memory_bytes()
+        let tails: usize = self.tails.iter().map(Ring::memory_bytes).sum();
+        tails + self.filters.memory_bytes() + self.network.memory_bytes() + self.low.memory_bytes()
     }
 }

@@ -64,7 +64,7 @@ impl Low {
     /// Adds its sound to the sums, of which it reaches the lowest block.
     pub(crate) fn add(&self, sums: &mut [EarBlocks]) {
         let hops = self.filters.len();
-        let newest = self.ring.at(self.taps + 1);
+        let newest = [self.ring.at(self.taps + 1)];
         Accumulate { arch: self.arch, newest, filter: &self.filters, hops, taps: 0..hops, sums }.run();
     }
 

@@ -21,7 +21,7 @@ const LEAST_LEFT: f32 = 0.25;
 const PLAIN_HZ: (f32, f32) = (200.0, 320.0);
 /// ... but where the responses have so little in common that a mix keeps less than the first of these shares of their energy
 /// over its whole length, from the second on it is as above.
-const KEPT: (f32, f32) = (0.6, 0.85);
+const KEPT: (f32, f32) = (0.85, 0.97);
 
 /// Pairs of the responses of a mix, at most.
 const MOST_PAIRS: usize = MOST_SHARES * (MOST_SHARES - 1) / 2;

@@ -204,7 +204,7 @@ impl Undelayed {
             self.sums.fill(EarBlocks::default());
             Accumulate {
                 arch: self.arch,
-                newest: self.ring.at(0),
+                newest: [self.ring.at(0)],
                 filter: &response.rest,
                 hops: self.rest,
                 taps: 0..self.rest,

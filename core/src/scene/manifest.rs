@@ -38,8 +38,7 @@ pub(super) struct Manifest {
     /// Hops of each measured response; absent in scenes that have none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(super) measured_hops: Option<usize>,
-    /// Samples from one of the responses' bass to the next; absent where nodes of the field name their responses, as older
-    /// versions wrote it.
+    /// Samples from one of the responses' bass to the next.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(super) measured_low_step: Option<usize>,
     /// Whether image sources play early reflections of the responses.

@@ -1,6 +1,7 @@
 //! Field baking: measured binaural responses become a scene.
 
 mod arrivals;
+mod between;
 pub(crate) mod carried;
 pub mod cloud_scene;
 mod corners;
@@ -47,6 +48,10 @@ use rayon::prelude::*;
 
 /// Of what a direct sound is at one place, this share of the variance is not what it is at others in the same direction.
 const PLACES_NUGGET: f64 = 0.03;
+
+/// Counts up when the same responses make another scene than before: the factory scenes are made again then. Scenes have it
+/// among their notes.
+pub const CONTENT: &str = "content 2 of scenes of measured responses";
 
 /// Choices of a bake.
 #[derive(Clone, Debug, PartialEq)]
@@ -95,7 +100,8 @@ pub fn bake_responses(
     check_size(&layout, &nodes, &measured, &grid)?;
     let gain = unit_gain(&measured);
     let (room, heard) = Room::of(&measured, &grid, options.early_s, options.seed)?;
-    let mut notes = layout.notes.clone();
+    let mut notes = vec![CONTENT.to_owned()];
+    notes.extend_from_slice(&layout.notes);
     notes.extend(levelled);
     notes.extend_from_slice(&room.notes);
     let logs = heard.iter().zip(&layout.distances);

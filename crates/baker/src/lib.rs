@@ -11,7 +11,7 @@ pub use promenade_audio::{FileError, atomic, file, resample, sound, wav};
 pub use promenade_judge::{cost, trade};
 pub use promenade_sofa::{SofaError, read_head, read_measured};
 
-pub use bake::{BakeOptions, bake_responses, cloud_scene, field, geometry};
+pub use bake::{BakeOptions, CONTENT, bake_responses, cloud_scene, field, geometry};
 pub use error::BakeError;
 pub use judge::{evaluate, listener, measure, streaming};
 pub use sources::Split;

@@ -1,7 +1,10 @@
 //! The factory scenes meet their accuracy at poses they were not baked from, on what the render head puts out.
 
 use promenade_baker::measure::{MeanErrors, compare_held_out};
-use promenade_core::{Pose, Renderer, Scene, Tier};
+use promenade_baker::{BakeOptions, CONTENT, Levels, Response, Responses, bake_responses};
+use promenade_core::glam::Vec3;
+use promenade_core::random::Random;
+use promenade_core::{Pose, Renderer, Rows, Scene, Tier};
 use promenade_metrics::{DecayRange, decay_time_s, ild_db, itd_s};
 use promenade_player::{Player, Playing, render_response};
 use std::path::Path;
@@ -167,4 +170,78 @@ fn places_of_the_library_can_be_walked_in_and_sound_as_they_are_called() {
         assert!(range.contains(&t20), "{file:?}: {t20} s");
     }
     assert!(scenes.len() >= 10 && bytes < 15_000_000, "{} scenes, {bytes} bytes", scenes.len());
+}
+
+/// Energies of what a scene holds, and what it is played by.
+fn content(scene: &Scene) -> Vec<f64> {
+    let (parts, measured) = (scene.parts(), scene.measured().unwrap());
+    let Some(Rows::Whole(rows)) = scene.parts().field.as_ref().map(|field| field.rows()) else { panic!("a table") };
+    let energy = |values: &[f32]| values.iter().map(|v| f64::from(v * v)).sum::<f64>();
+    let sizes = [measured.sites.len(), measured.low_hops, parts.taps, rows.len()].map(|size| size as f64);
+    let values = [rows, &measured.samples, &measured.low, &measured.late, &measured.late_before, &parts.tail.t60_s];
+    sizes.into_iter().chain(values.map(|values| energy(values))).collect()
+}
+
+fn alike(found: &[f64], wanted: &[f64]) -> bool {
+    found.len() == wanted.len() && found.iter().zip(wanted).all(|(f, w)| (f / w - 1.0).abs() < 2e-3)
+}
+
+#[test]
+fn the_same_responses_make_the_same_content() {
+    let response = |i: u16| {
+        let listener = Pose::from_ypr(Vec3::ZERO, f32::from(30 * i).to_radians(), 0.0, 0.0);
+        let side = listener.to_head(Vec3::X).y;
+        let [left, right] = [1.0, -1.0].map(|ear: f32| -> Vec<f32> {
+            let mut random = Random::new(u64::from(2 * i) + u64::from(ear > 0.0));
+            let mut samples: Vec<f32> = (0..6_000).map(|n| 0.1 * random.normal() * (-(n as f32) / 900.0).exp()).collect();
+            samples[..100].fill(0.0);
+            samples[40 - (4.0 * ear * side) as usize] = 1.0 + 0.5 * ear * side;
+            samples
+        });
+        Response { listener, source: 2.0 * Vec3::X, left, right, name: i.to_string() }
+    };
+    let responses = (0..12).map(response).collect();
+    let set = Responses { sample_rate_hz: 16_000.0, responses, levels: Some(Levels::Measured), ..Responses::default() };
+    let found = content(&bake_responses(&set, |_, _| false, &BakeOptions::default()).unwrap());
+    let wanted = [24.0, 66.0, 40.0, 147_528.0, 44_127.0, 27.95, 2.2766, 0.079_826, 412.80, 2.9836];
+    let what = "count bake::CONTENT up, and make the factory scenes again: presets/recipes/factory.py";
+    assert!(alike(&found, &wanted), "{what}\n{found:?}");
+}
+
+#[test]
+fn the_factory_scenes_are_of_this_content() {
+    for name in ["iosr-room-a", "iosr-room-b"] {
+        let provenance = factory(name).provenance().clone();
+        let recipe = format!("promenade bake responses {name}.json --hold-out azimuth=-85..85/10 --window-ms 20 --seed 1");
+        assert_eq!(provenance.recipe, recipe);
+        let what = "make it again: presets/recipes/factory.py";
+        assert!(provenance.notes.iter().any(|note| note == CONTENT), "{what}: {:?}", provenance.notes);
+    }
+}
+
+mod needs_shared {
+    use super::*;
+    use promenade_baker::{HoldOut, LoadOptions};
+    use promenade_testing::shared;
+
+    #[test]
+    #[ignore = "needs ../shared"]
+    fn the_factory_scenes_are_what_their_recipes_make() {
+        for name in ["iosr-room-a", "iosr-room-b"] {
+            let recipe = format!("{}/../../presets/recipes/{name}.json", env!("CARGO_MANIFEST_DIR"));
+            let options = LoadOptions { root: Some(shared("data/iosr_brir")), ..LoadOptions::default() };
+            let set = Responses::load(Path::new(&recipe), &options).unwrap();
+            let held_out = HoldOut::parse("azimuth=-85..85/10").unwrap();
+            let options = BakeOptions { recipe: factory(name).provenance().recipe.clone(), ..BakeOptions::default() };
+            let made = bake_responses(&set, |response, index| held_out.selects(response, index), &options).unwrap();
+            let shipped = factory(name);
+            assert_eq!(made.provenance(), shipped.provenance(), "presets/recipes/factory.py");
+            let contents = [&made, &*shipped].map(content);
+            assert!(alike(&contents[0], &contents[1]), "{name}: {contents:?}");
+            // Rounding differs with the processor.
+            let samples = [&made, &*shipped].map(|scene| scene.measured().unwrap().samples.clone());
+            let apart = samples[0].iter().zip(&samples[1]).map(|(a, b)| f64::from(a - b).powi(2)).sum::<f64>();
+            assert!(apart < 1e-6 * contents[1][5], "{name}: {apart}");
+        }
+    }
 }

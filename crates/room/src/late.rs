@@ -122,21 +122,28 @@ pub(crate) fn decay_s(late: &[LateEnergies], from: usize, hop_s: f64, typical: f
     let bands = rest.first().and_then(|hops| hops.first()).map_or(0, Vec::len);
     let time = |band: usize| {
         let energies: Vec<f64> = (0..hops).map(|hop| rest.iter().map(|h| h[hop][band]).sum::<f64>().max(1e-30)).collect();
-        let nearly_gone = energies.iter().sum::<f64>() * 10.0_f64.powf(0.1 * FITTED_TO_DB);
-        let mut left = 0.0;
-        let last = energies.iter().rposition(|energy| {
-            left += energy;
-            left > nearly_gone
-        });
-        let levels: Vec<f64> = energies.iter().skip(from).map(|energy| 10.0 * energy.log10()).collect();
-        let start = levels.iter().take(4).sum::<f64>() / levels.len().clamp(1, 4) as f64;
-        let fallen = levels.iter().position(|level| *level < start - LEAST_FALL_DB).unwrap_or(levels.len());
-        let end = fallen.max(last.map_or(0, |last| (last + 1).saturating_sub(from))).min(levels.len());
-        let points: Vec<(f64, f64)> = levels[..end].iter().enumerate().map(|(i, level)| (i as f64 * hop_s, *level)).collect();
+        let levels = energies.iter().zip(0..).take(t20_end(&energies, from)).skip(from);
+        let points: Vec<(f64, f64)> = levels.map(|(energy, hop)| (f64::from(hop) * hop_s, 10.0 * energy.log10())).collect();
         let db_per_s = if points.len() > 3 { slope(&points) } else { None };
         db_per_s.map(|s| -60.0 / s).filter(|t| t.is_finite() && *t > 0.0).unwrap_or(typical)
     };
     (0..bands).map(|band| time(band).clamp(0.02, LONGEST_T60_S) as f32).collect()
+}
+
+/// The hop after the last that T20 sees of energies by hop; from hop `from` on they have fallen by 10 dB until then, if they do.
+#[must_use]
+pub fn t20_end(energies: &[f64], from: usize) -> usize {
+    let nearly_gone = energies.iter().sum::<f64>() * 10.0_f64.powf(0.1 * FITTED_TO_DB);
+    let mut left = 0.0;
+    let last = energies.iter().rposition(|energy| {
+        left += energy;
+        left > nearly_gone
+    });
+    let late = energies.get(from..).unwrap_or(&[]);
+    let level = |energy: &f64| 10.0 * energy.log10();
+    let start = late.iter().take(4).map(level).sum::<f64>() / late.len().clamp(1, 4) as f64;
+    let fallen = late.iter().position(|energy| level(energy) < start - LEAST_FALL_DB);
+    last.map_or(0, |last| last + 1).max(fallen.map_or(energies.len(), |fallen| from + fallen))
 }
 
 /// Gains of taps and late part of one place in a row, linear amplitude, the same at both ears.

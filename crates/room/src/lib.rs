@@ -17,7 +17,9 @@ mod surfaces;
 pub use bass::{CROSSOVERS_HZ, RoomBass, bass_axis, bass_places, crossover_hz, whole_hz};
 pub use energy_vector::{EnergyVector, ear_energy};
 pub use error::RoomError;
-pub use late::{HopEnergies, LONGEST_EARLY_S, LateEnergies, SHORTEST_EARLY_S, early_taps, late_gain, sided, time_filters};
+pub use late::{
+    HopEnergies, LONGEST_EARLY_S, LateEnergies, SHORTEST_EARLY_S, early_taps, late_gain, sided, t20_end, time_filters,
+};
 pub use reverberation::{Matched, Missed, Some7, T20_S, factored, match_t20, measured_t20_s, t20_s};
 pub use scene_head::SceneHead;
 pub use shoebox_room::{PLAYED_IMAGES, SIZES_M, SceneOptions, ShoeboxRoom};

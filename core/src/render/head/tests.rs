@@ -78,7 +78,7 @@ struct Exact {
     carriers: Arc<Carriers>,
     centres_hz: Vec<f64>,
     inputs: Vec<Spectrum64>,
-    tails: Vec<Spectrum64>,
+    tails: Vec<[Spectrum64; 2]>,
     diffusers: Vec<Delay>,
     lines: Vec<Delay>,
     frame: usize,
@@ -104,18 +104,19 @@ impl Exact {
         Self { carriers, centres_hz, inputs: Vec::new(), tails: Vec::new(), diffusers, lines, frame: 0 }
     }
 
-    /// One frame of the late network.
-    fn advance(&mut self, input: &[Complex64]) -> Spectrum64 {
-        let mut out = vec![Complex64::default(); input.len()];
-        for (k, out) in out.iter_mut().enumerate() {
-            let mut x = input[k];
+    /// One frame of the late network at each ear.
+    fn advance(&mut self, input: &[Complex64]) -> [Spectrum64; 2] {
+        let mut out = [(); 2].map(|()| vec![Complex64::default(); input.len()]);
+        let coherence: Vec<f64> = tail().coherence.iter().map(|c| f64::from(*c)).collect();
+        for k in 0..input.len() {
+            let (mut x, mut kept) = (input[k], input[k]);
             let g = 0.7;
             for line in &mut self.diffusers {
                 let at = self.frame % line.ring.len();
                 let delayed = line.gain[k] * line.ring[at][k];
                 let entered = x + g * delayed;
                 line.ring[at][k] = entered;
-                x = delayed - g * entered;
+                (x, kept) = (delayed - g * entered, entered);
             }
             let [a, b, c, d] =
                 [0, 1, 2, 3].map(|i| self.lines[i].gain[k] * self.lines[i].ring[self.frame % self.lines[i].ring.len()][k]);
@@ -123,7 +124,10 @@ impl Exact {
                 let at = self.frame % line.ring.len();
                 line.ring[at][k] = 0.5 * (x + fed);
             }
-            *out = 0.95 * x + a - b + c - d;
+            let (first, second) = (0.95 * x + a - b + c - d, 0.95 * 0.51_f64.sqrt() * kept + a + b - c - d);
+            let share = in_bands(&self.centres_hz, &coherence, GRID.bin_hz(k)).abs().sqrt();
+            let apart = (1.0 - share * share).sqrt() / (1.0_f64 - 0.12 * 0.12).sqrt();
+            (out[0][k], out[1][k]) = (first, (share - 0.12 * apart) * first + apart * second);
         }
         self.frame += 1;
         out
@@ -167,7 +171,7 @@ impl Exact {
                     late.iter().zip(&decay).map(|(h, r)| h * r.powi(hop as i32 - 7) / 0.464_f64.sqrt()).collect();
                 for (k, out) in out.iter_mut().enumerate() {
                     let gain = in_bands(&self.centres_hz, &stated, GRID.bin_hz(k));
-                    *out += gain * carrier(&self.carriers.late, hop, k) * self.tails[newest - hop][k];
+                    *out += gain * carrier(&self.carriers.late, hop, k) * self.tails[newest - hop][ear][k];
                 }
             }
             out

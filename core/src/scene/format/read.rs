@@ -11,7 +11,6 @@ use crate::scene::error::{SceneError, value};
 use crate::scene::manifest::{
     MAX_SCENE_BYTES, Manifest, ManifestBass, ManifestCloud, ManifestCorners, ManifestField, ManifestImages, VERSION,
 };
-use crate::scene::older::OlderRoom;
 use crate::scene::{
     AMBISONIC_CHANNELS, AmbisonicHead, Anchor, AnchorCloud, BASS_SIGNALS, BassEars, BassField, Corners, DiffractionEdge,
     ImageSource, ImageSources, Lifted, MeasuredHead, MeasuredRoom, SceneParts, Site, TailModel, Weather,
@@ -67,14 +66,10 @@ fn from_manifest(m: Manifest, tensors: &SafeTensors<'_>) -> Result<SceneParts, S
     let field_taps = if m.room.is_some() || m.measured_low_step.is_some() { 0 } else { m.taps };
     let provenance = m.provenance();
     let bands = rising(centres, "band centres")?;
-    let mut field = m.field.map(|f| read_field(FIELD, f, TransferShape { taps: field_taps, ..shape }, tensors)).transpose()?;
+    let field = m.field.map(|f| read_field(FIELD, f, TransferShape { taps: field_taps, ..shape }, tensors)).transpose()?;
     let mut measured = match (m.measured_hops, m.measured_low_step) {
         (Some(hops), Some(step)) => Some(read_measured(hops, step, m.taps, &bands, &grid, tensors)?),
-        (Some(hops), None) => {
-            let (measured, direct) = read_older(hops, field.take(), &bands, &grid, tensors)?;
-            field = Some(direct);
-            Some(measured)
-        }
+        (Some(_), None) => return Err(value("measured_low_step", "the step of the responses' bass", "none: an older scene")),
         (None, _) => None,
     };
     if let Some(measured) = measured.as_mut().filter(|_| m.measured_lifted) {
@@ -261,28 +256,6 @@ fn read_lifted(responses: usize, tensors: &SafeTensors<'_>) -> Result<Lifted, Sc
         places: places.chunks_exact(3).map(Vec3::from_slice).collect(),
         samples: floats(tensors, "measured.lifted", &[Some(responses), Some(2), None])?,
     })
-}
-
-/// Measurements of a file whose field says at each node which of them are heard there, and the field without that.
-fn read_older(
-    hops: usize,
-    field: Option<Field>,
-    bands: &Bands,
-    grid: &StftGrid,
-    tensors: &SafeTensors<'_>,
-) -> Result<(MeasuredRoom, Field), SceneError> {
-    let wrong = || value("responses", "with shares of them at the nodes of a field", "others");
-    let field = field.ok_or_else(wrong)?;
-    limit("hops of the responses", hops, field.shape().taps + 1, MAX_HOPS)?;
-    let nodes = field.grid().nodes();
-    let shares = floats(tensors, "field.shares", &[Some(nodes), None])?;
-    let room = OlderRoom {
-        samples: floats(tensors, "measured.responses", &[None, Some(2), Some(hops * grid.hop)])?,
-        hops,
-        responses: floats(tensors, "field.responses", &[Some(nodes), Some(shares.len() / nodes)])?,
-        shares,
-    };
-    room.converted(&field, bands, grid).ok_or_else(wrong)
 }
 
 fn read_head(name: String, tensors: &SafeTensors<'_>) -> Result<MeasuredHead, SceneError> {

@@ -149,7 +149,6 @@ fn field_entries<'a>(table: &str, field: &'a Field, entries: &mut Vec<Entry<'a>>
             let half = mirrored::half(field);
             let nodes = if half.is_some() { mirrored::half_nodes(field.grid()).unwrap_or(nodes) } else { nodes };
             let rows = entry(name("rows"), &[nodes, field.shape().row_len()], half.map_or(Cow::from(rows), Cow::from));
-            // Fields that hold everything keep the form that older versions read.
             let shape = field.shape();
             entries.push(if shape.taps == 0 || shape.bins == 0 { rows.halved() } else { rows });
         }

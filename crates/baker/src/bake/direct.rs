@@ -10,7 +10,7 @@ use std::f64::consts::TAU;
 /// The direct sound begins this long before the earlier onset, seconds.
 const LEAD_S: f64 = 0.001;
 /// It is whole up to this long after the arrival at the head, seconds ...
-const WHOLE_S: f64 = 0.002;
+pub(crate) const WHOLE_S: f64 = 0.002;
 /// ... and has faded out by here, before early reflections take over.
 const END_S: f64 = 0.0035;
 /// The longest delay of an ear against the estimated arrival, seconds, and how finely it is searched.

@@ -9,7 +9,7 @@ use crate::sources::responses::Response;
 use promenade_core::{Bands, LOWEST_BINS, StftGrid, TailModel, TransferShape};
 use promenade_metrics::slope;
 use promenade_metrics::statistics::median_high;
-use promenade_room::{HopEnergies, LONGEST_EARLY_S, SHORTEST_EARLY_S, late_gain};
+use promenade_room::{HopEnergies, LONGEST_EARLY_S, SHORTEST_EARLY_S, late_gain, t20_end};
 
 /// Reverberation times below this are taken for a failed fit, seconds.
 const SHORTEST_T60_S: f64 = 0.03;
@@ -34,8 +34,8 @@ const LONGEST_LOW_S: f64 = 4.0;
 const FEWEST_HOPS: usize = 6;
 
 /// Reverberation time per band, seconds, from energies averaged over many responses: a straight line through the level in dB
-/// from hop `from` on, down to where the measurement's noise begins (ISO 3382-1, regression). `direct` is the energy density of
-/// the direct sound.
+/// from hop `from` on, down to where T20 ends or the measurement's noise begins (ISO 3382-1, regression): many rooms have a
+/// second slope, which is heard less. `direct` is the energy density of the direct sound.
 fn t60_s(mean: &HopEnergies, from: usize, hop_s: f64, direct: f64) -> Result<Vec<f32>, BakeError> {
     let bands = mean.first().map_or(0, Vec::len);
     let mut fitted: Vec<Option<f64>> = (0..bands).map(|b| fit_t60(mean, b, from, hop_s)).collect();
@@ -79,14 +79,30 @@ fn hops_above_noise(mean: &HopEnergies, band: usize) -> usize {
 }
 
 fn fit_t60(mean: &HopEnergies, band: usize, from: usize, hop_s: f64) -> Option<f64> {
-    let end = hops_above_noise(mean, band);
-    let start = if end >= from + FEWEST_HOPS { from } else { 2.min(end) };
-    let points: Vec<(f64, f64)> =
-        (start..end).map(|l| (l as f64 * hop_s, 10.0 * mean[l][band].log10())).filter(|p| p.1.is_finite()).collect();
-    if points.len() < FEWEST_HOPS {
-        return None;
-    }
-    slope(&points).map(|db_per_s| -60.0 / db_per_s).filter(|t| *t >= SHORTEST_T60_S && t.is_finite())
+    let until = hops_above_noise(mean, band);
+    let energies: Vec<f64> = mean[..until].iter().map(|hop| hop[band].max(1e-30)).collect();
+    let start = if until >= from + FEWEST_HOPS { from } else { 2.min(until) };
+    let fitted = |levels: &[f64]| {
+        let points: Vec<(f64, f64)> = levels.iter().enumerate().map(|(l, e)| (l as f64 * hop_s, 10.0 * e.log10())).collect();
+        let t60_s = slope(points.get(start..)?).map(|db_per_s| -60.0 / db_per_s)?;
+        (t60_s >= SHORTEST_T60_S && t60_s.is_finite() && points.len() >= start + FEWEST_HOPS).then_some(t60_s)
+    };
+    let whole_s = fitted(&energies)?;
+    // What is still to come, the noise's place too: as T20 sees it.
+    let hop = 10.0_f64.powf(-6.0 * hop_s / whole_s);
+    let beyond =
+        energies[start.max(until.saturating_sub(FEWEST_HOPS))..].iter().sum::<f64>() / FEWEST_HOPS as f64 * hop / (1.0 - hop);
+    let mut left: Vec<f64> = energies
+        .iter()
+        .rev()
+        .scan(beyond, |sum, e| {
+            *sum += e;
+            Some(*sum)
+        })
+        .collect();
+    left.reverse();
+    left.truncate(t20_end(&energies, from));
+    fitted(&left).or(Some(whole_s))
 }
 
 /// Real interaural coherence per band of both ears' sound from sample `start` on.

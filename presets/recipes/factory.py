@@ -1,0 +1,34 @@
+#!/usr/bin/env python3
+"""Makes the factory scenes again from their recipes: the measured rooms, and the loft.
+
+    factory.py PROMENADE IOSR HEAD.sofa [--only NAME ...]
+
+PROMENADE is the command-line tool, IOSR the folder with `Room_A/16kHz/*.wav` and `Room_B/16kHz/*.wav`, HEAD a set of free-field responses such as
+`MIT_KEMAR_normal_pinna.sofa` of Debian's `libmysofa1`. A test compares the scenes of the rooms with what their recipes make.
+"""
+import argparse
+import subprocess
+from pathlib import Path
+
+PRESETS = Path(__file__).resolve().parent.parent
+HELD_OUT = ["--hold-out", "azimuth=-85..85/10", "--seed", "1"]
+
+
+def main():
+    p = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    p.add_argument("promenade")
+    p.add_argument("iosr")
+    p.add_argument("head")
+    p.add_argument("--only", nargs="+")
+    a = p.parse_args()
+    room = lambda name: ["bake", "responses", PRESETS / "recipes" / f"{name}.json", "--root", a.iosr, *HELD_OUT]
+    loft = ["simulate", PRESETS / "scenes" / "loft.obj", "--source", "1.5,0,0", "--head", a.head, "--rays", "65536", "--head-turns", "1"]
+    scenes = {name: room(name) for name in ("iosr-room-a", "iosr-room-b")}
+    scenes["loft"] = [*loft, "--seed", "1", "--title", "Loft, round a corner"]
+    for name, command in scenes.items():
+        if not a.only or name in a.only:
+            subprocess.run([a.promenade, *command, "-o", PRESETS / "scenes" / f"{name}.promenade"], check=True)
+
+
+if __name__ == "__main__":
+    main()
