@@ -5,10 +5,11 @@ use crate::number::single;
 use crate::render::carrier::{EarSpectra, LATE_SET, TAP_SET, band_places, hop_carriers, per_bin};
 use crate::render::head::DELAYED_TAPS;
 use crate::render::lanes::{Block, LANES, blocks_for};
-use crate::render::late::{LATE_HOPS, Late, late_gain, late_lead};
+use crate::render::late::{LATE_HOPS, Late, late_gain, late_lead, left_ear};
 use crate::render::ring::{Slot, SlotMut};
 use crate::stft::{Analysis, Synthesis};
 use crate::{Bands, StftGrid, TailModel, TransferFunction, TransferShape};
+use glam::{Quat, Vec2};
 use promenade_fourier::RealToComplex;
 use promenade_fourier::num_complex::Complex32;
 use pulp::{Arch, Simd, WithSimd};
@@ -131,9 +132,10 @@ impl ClipRender {
         self.shape
     }
 
-    /// Transforms a dry clip; its first `pre_roll` samples come before the clip, for the room to sound on from.
+    /// Transforms a dry clip for a head that is turned; its first `pre_roll` samples come before the clip, for the room to sound
+    /// on from.
     #[must_use]
-    pub fn analyse(&mut self, dry: &[f32], pre_roll: usize) -> ClipRenderInput {
+    pub fn analyse(&mut self, dry: &[f32], pre_roll: usize, orientation: Quat) -> ClipRenderInput {
         let (hop, bins) = (self.grid.hop, self.grid.bins());
         let lag = self.lag();
         let frames = (dry.len() + lag).div_ceil(hop);
@@ -148,6 +150,7 @@ impl ClipRender {
         self.network.reset();
         let blocks = blocks_for(bins);
         let [mut fed, mut left, mut right] = [(); 3].map(|()| vec![Block::default(); blocks]);
+        let facing = left_ear(orientation, Vec2::Y);
         let late_from = self.shape.taps + 1 - late_lead(self.shape.taps);
         for t in 0..frames {
             let newest = self.analysis.newest();
@@ -161,7 +164,7 @@ impl ClipRender {
                 input.dry.get(t - late_from, &mut self.spectrum);
                 SlotMut::of(&mut fed).write(&self.spectrum);
             }
-            self.network.advance(Slot::of(&fed), [SlotMut::of(&mut left), SlotMut::of(&mut right)]);
+            self.network.advance(Slot::of(&fed), facing, [SlotMut::of(&mut left), SlotMut::of(&mut right)]);
             for (tail, late) in input.tails.iter_mut().zip([&left, &right]) {
                 let (re, im) = tail.frame_mut(t);
                 for (k, (re, im)) in re.iter_mut().zip(im).enumerate() {
@@ -420,6 +423,8 @@ mod tests {
         let dry = noise(11, 700);
         let carriers = Arc::new(Carriers::of_noise(&GRID, &GRID, TAPS, &bands, &tail, 4000.0));
         let mut head = RenderHead::new(GRID, &GRID, ClipRender::new(&GRID, &bands, &tail, TAPS).shape(), &tail, carriers);
+        let facing = Quat::from_rotation_z(0.7);
+        head.face(facing);
         head.update(&transfer, &Change::whole(head.filter_hops(), TAPS), true);
         let (mut analysis, mut synthesis) = (Analysis::new(GRID), Synthesis::new(GRID));
         let spectrum = || vec![Complex32::default(); GRID.bins()];
@@ -439,7 +444,7 @@ mod tests {
         }
         let mut clips = ClipRender::new(&GRID, &bands, &tail, TAPS);
         for pre_roll in [0, 133, 300] {
-            let input = clips.analyse(&dry, pre_roll);
+            let input = clips.analyse(&dry, pre_roll, facing);
             let out = clips.render(&input, &transfer);
             for (streamed, out) in streamed.iter().zip(&out) {
                 assert_eq!(out.len(), dry.len() - pre_roll);
@@ -455,7 +460,7 @@ mod tests {
     fn the_adjoint_is_the_derivative() {
         let (bands, tail, transfer) = room();
         let mut clips = ClipRender::new(&GRID, &bands, &tail, TAPS);
-        let input = clips.analyse(&noise(12, 500), 120);
+        let input = clips.analyse(&noise(12, 500), 120, Quat::IDENTITY);
         let gradient = [noise(13, 380), noise(14, 380)];
         let mut by = clips.shape().silent();
         clips.adjoint(&input, &transfer, [&gradient[0], &gradient[1]], &mut by);

@@ -3,7 +3,6 @@
 use crate::bands::{BandPlace, Bands};
 use crate::number::{single, whole, whole_signed};
 use crate::random::{Random, mix};
-use crate::render::late::shared;
 use crate::{StftGrid, TailModel};
 use promenade_fourier::num_complex::Complex32;
 use promenade_fourier::{ComplexToReal, RealToComplex, spectrum};
@@ -47,11 +46,8 @@ pub(crate) fn hop_carriers(
     hops: usize,
 ) -> Vec<EarSpectra> {
     let places = band_places(scene_grid, bands, f32::INFINITY);
-    let coherence = match set {
-        // The network has its share.
-        LATE_SET => per_bin(&places, &tail.coherence.iter().map(|c| shared(*c)).collect::<Vec<_>>()),
-        _ => per_bin(&places, &tail.coherence),
-    };
+    // What differs between the ears in the late part comes from the network.
+    let coherence = if set == LATE_SET { vec![1.0; places.len()] } else { per_bin(&places, &tail.coherence) };
     let mut shaper = Shaper::new(scene_grid);
     (0..hops)
         .map(|hop| {

@@ -14,6 +14,7 @@ use crate::render::meeting::Mixture;
 use crate::render::ring::Ring;
 use crate::render::taps::{Taps, add_mix};
 use crate::{EARLY_S, StftGrid, TAP_LEAD_HOPS, TailModel, TransferFunction, TransferShape, Trim};
+use glam::Quat;
 use promenade_fourier::num_complex::Complex32;
 use pulp::{Arch, WithSimd};
 use std::ops::Range;
@@ -161,6 +162,11 @@ impl RenderHead {
             later.decay_by(&self.decay);
         }
         changed
+    }
+
+    /// Turns the late field with the head.
+    pub(crate) fn face(&mut self, orientation: Quat) {
+        self.later.iter_mut().for_each(|later| later.face(orientation));
     }
 
     /// Takes what has changed in a transfer function; `room` says whether more than the direct sound is wanted.

@@ -5,6 +5,7 @@ use crate::render::carrier::smooth_phases;
 use crate::render::lanes::{Block, LANES, blocks_for, part, put};
 use crate::render::ring::{Slot, SlotMut};
 use crate::{StftGrid, TailModel};
+use glam::{Quat, Vec2, Vec3};
 use promenade_fourier::num_complex::{Complex32, Complex64};
 use pulp::{Arch, Simd, WithSimd};
 
@@ -18,9 +19,9 @@ const DIFFUSION: f32 = 0.7;
 const LINES: [usize; 4] = [11, 13, 17, 19];
 /// Level at which the diffused input is heard besides the lines, so that the energy starts as it goes on.
 const HEARD_INPUT: f32 = 0.95;
-/// What the lines' second and third sum have in common, a correlation, and what is left of one without the other. Measured: .01
-/// as the sound begins, .25 once it has gone round.
-const ALIKE: f32 = 0.12;
+/// What the lines' second sum has in common with their third and their fourth, correlations. Measured: nothing as the sound
+/// begins, twice as much once it has gone round.
+const ALIKE: [f32; 2] = [0.12, 0.12];
 /// Energy per hop that the lossless network puts out for a unit impulse, over [`LATE_HOPS`] hops of noise (measured: see the
 /// test).
 const STEADY_ENERGY: f32 = 0.464;
@@ -37,14 +38,15 @@ const SILENCE: f32 = 1e-12;
 /// that bands do not repeat one pattern. Decay and phase change so slowly over bins that frames stay compact: the network is
 /// time-invariant to the ear, and tones that pass through it stay tones.
 ///
-/// The right ear hears another sum of the lines than the left, by as much as the room's sound differs there: one sum for both,
-/// however it is coloured, agrees in wide bands by what 40 ms of noise have in common.
+/// Three sums of the lines are the late field at the head: its middle, the same at both ears, and what grows from the right ear
+/// to the left, along both of the world's horizontal axes, as pressure and velocity are in Ambisonics of first order. Half a
+/// turn of the head exchanges the ears. The ears' coherence decides how loud the middle is.
 pub(crate) struct Late {
     arch: Arch,
     diffusers: [DelayLine; 3],
     lines: [DelayLine; 4],
-    /// Of each bin, how much the right ear hears of the left's sum, and of the other.
-    across: [Vec<[f32; LANES]>; 2],
+    /// Of each bin, how loud the middle is, and what differs.
+    shares: [Vec<[f32; LANES]>; 2],
     silent_frames: usize,
 }
 
@@ -97,10 +99,9 @@ impl Late {
     /// Prepares the network for a host grid; `hop_decay` is the amplitude left after one hop per bin. In single precision it
     /// would be off by a thousandth of the decay of a room that rings for minutes. `coherence` is that of the ears, per bin.
     pub(crate) fn new(grid: &StftGrid, scene_grid: &StftGrid, tail: &TailModel, hop_decay: &[f64], coherence: &[f32]) -> Self {
-        let apart = |c: &f32| (1.0 - shared(*c).powi(2)).max(0.0).sqrt() / (1.0 - ALIKE * ALIKE).sqrt();
-        let packed = |value: &dyn Fn(&f32) -> f32| {
-            let block = |block: &[f32]| std::array::from_fn(|i| block.get(i).map_or(0.0, value));
-            coherence.chunks(LANES).map(block).collect()
+        let share = |sign: f32| {
+            let of = |block: &[f32]| std::array::from_fn(|i| block.get(i).map_or(0.0, |c| (0.5 + 0.5 * sign * c).max(0.0).sqrt()));
+            coherence.chunks(LANES).map(of).collect()
         };
         let mut stream = 16;
         let mut line = |hops: usize, turning: bool| {
@@ -122,7 +123,7 @@ impl Late {
             arch: Arch::new(),
             diffusers: DIFFUSERS.map(|m| line(m, false)),
             lines: LINES.map(|m| line(m, true)),
-            across: [packed(&|c| shared(*c).abs() - ALIKE * apart(c)), packed(&apart)],
+            shares: [share(1.0), share(-1.0)],
             silent_frames: usize::MAX / 2,
         }
     }
@@ -137,10 +138,11 @@ impl Late {
         1.0 / STEADY_ENERGY.sqrt()
     }
 
-    /// Takes one frame in and puts one out for each ear.
-    pub(crate) fn advance(&mut self, input: Slot<'_>, outputs: [SlotMut<'_>; 2]) {
+    /// Takes one frame in and puts one out for each ear of a head whose left ear is toward `left`, a horizontal direction of
+    /// unit length.
+    pub(crate) fn advance(&mut self, input: Slot<'_>, left: Vec2, outputs: [SlotMut<'_>; 2]) {
         let arch = self.arch;
-        let peak = arch.dispatch(Advance { late: self, input, outputs });
+        let peak = arch.dispatch(Advance { late: self, input, left, outputs });
         self.diffusers.iter_mut().chain(&mut self.lines).for_each(DelayLine::step);
         self.silent_frames = if peak < SILENCE { self.silent_frames.saturating_add(1) } else { 0 };
     }
@@ -161,13 +163,14 @@ impl Late {
 
     pub(crate) fn memory_bytes(&self) -> usize {
         let lines = self.diffusers.iter().chain(&self.lines).map(DelayLine::memory_bytes);
-        lines.sum::<usize>() + self.across.iter().map(|share| size_of_val(&**share)).sum::<usize>()
+        lines.sum::<usize>() + self.shares.iter().map(|share| size_of_val(&**share)).sum::<usize>()
     }
 }
 
 struct Advance<'a> {
     late: &'a mut Late,
     input: Slot<'a>,
+    left: Vec2,
     outputs: [SlotMut<'a>; 2],
 }
 
@@ -176,21 +179,27 @@ impl WithSimd for Advance<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> f32 {
-        let Self { late: Late { diffusers, lines, across, .. }, input, outputs: [left, right] } = self;
+        let Self { late: Late { diffusers, lines, shares, .. }, input, left: Vec2 { x, y }, outputs: [left, right] } = self;
         let zero = simd.splat_f32s(0.0);
         let mut peak = zero;
-        // What the last diffuser keeps is as loud as what it passes on, and has nothing in common with it.
-        let heard = [HEARD_INPUT, HEARD_INPUT * (1.0 - DIFFUSION * DIFFUSION).sqrt()].map(|gain| simd.splat_f32s(gain));
+        // What the last two diffusers keep is as loud as what the last one passes on, and has nothing in common with it. A quarter
+        // of a period apart, they are as loud at both ears from the first hop on.
+        let passed = simd.splat_f32s(HEARD_INPUT);
+        let kept_gain = HEARD_INPUT * (1.0 - DIFFUSION * DIFFUSION).sqrt();
+        let turned = [-kept_gain, kept_gain].map(|gain| simd.splat_f32s(gain));
+        let along = [x, y].map(|along| simd.splat_f32s(along));
+        let alike = ALIKE.map(|alike| simd.splat_f32s(-alike));
+        let alone = ALIKE.map(|alike| simd.splat_f32s((1.0 - alike * alike).sqrt().recip()));
         let outputs = left.blocks().zip(right.blocks());
         for (block, (input, (left, right))) in input.blocks().zip(outputs).enumerate() {
             let mut diffusers = diffusers.each_mut().map(|line| line.at(block));
             let mut lines = lines.each_mut().map(|line| line.at(block));
             for v in 0..LANES / S::F32_LANES {
                 let mut x = [part::<S>(&input.re, v), part::<S>(&input.im, v)];
-                let mut kept = x;
-                for (gain, slot) in &mut diffusers {
+                let mut kept = [x; 3];
+                for ((gain, slot), kept) in diffusers.iter_mut().zip(&mut kept) {
                     let decay = part::<S>(&gain.re, v);
-                    for ((x, kept), slot) in x.iter_mut().zip(&mut kept).zip([&mut slot.re, &mut slot.im]) {
+                    for ((x, kept), slot) in x.iter_mut().zip(kept).zip([&mut slot.re, &mut slot.im]) {
                         let delayed = simd.mul_f32s(decay, part::<S>(slot, v));
                         let fed = simd.mul_add_e_f32s(simd.splat_f32s(DIFFUSION), delayed, *x);
                         let fed = audible(simd, fed, &mut peak);
@@ -214,16 +223,22 @@ impl WithSimd for Advance<'_> {
                         put::<S>(slot, v, audible(simd, fed, &mut peak));
                     }
                 }
-                // The lines are fed by the matrix's first row and heard by its second and third. Heard by the first, every way
-                // through them would add in phase with its own reverse, and the tail would grow by 3 dB once such ways are
-                // many: coherent backscattering (Weaver and Lobkis 2000).
-                let [own, other] = [part::<S>(&across[0][block], v), part::<S>(&across[1][block], v)];
+                // The lines are fed by the matrix's first row and heard by the others. Heard by the first, every way through
+                // them would add in phase with its own reverse, and the tail would grow by 3 dB once such ways are many:
+                // coherent backscattering (Weaver and Lobkis 2000).
+                let [middle, apart] = [part::<S>(&shares[0][block], v), part::<S>(&shares[1][block], v)];
                 let ears = [&mut left.re, &mut left.im].into_iter().zip([&mut right.re, &mut right.im]);
                 for (i, (left, right)) in ears.enumerate() {
-                    let first = simd.mul_add_e_f32s(heard[0], x[i], coupled[i][1]);
-                    let second = simd.mul_add_e_f32s(heard[1], kept[i], coupled[i][2]);
-                    put::<S>(left, v, first);
-                    put::<S>(right, v, simd.mul_add_e_f32s(own, first, simd.mul_f32s(other, second)));
+                    let first = simd.mul_add_e_f32s(passed, x[i], coupled[i][1]);
+                    let mut differs = zero;
+                    for axis in 0..2 {
+                        let other = simd.mul_add_e_f32s(turned[i], kept[2 - axis][1 - i], coupled[i][2 + axis]);
+                        let other = simd.mul_f32s(alone[axis], simd.mul_add_e_f32s(alike[axis], first, other));
+                        differs = simd.mul_add_e_f32s(along[axis], other, differs);
+                    }
+                    let (first, differs) = (simd.mul_f32s(middle, first), simd.mul_f32s(apart, differs));
+                    put::<S>(left, v, simd.add_f32s(first, differs));
+                    put::<S>(right, v, simd.sub_f32s(first, differs));
                 }
             }
         }
@@ -249,9 +264,9 @@ fn hadamard<S: Simd>(simd: S, [a, b, c, d]: [S::f32s; 4]) -> [S::f32s; 4] {
     [sum(simd, ab, cd), sum(simd, a_b, c_d), difference(simd, ab, cd), difference(simd, a_b, c_d)]
 }
 
-/// Share of the ears' coherence that the network has, and its carriers have the same: with its sign.
-pub(crate) fn shared(coherence: f32) -> f32 {
-    coherence.signum() * coherence.abs().sqrt()
+/// The horizontal direction of the left ear of a head that is turned; `before` where it is above or below the head.
+pub(crate) fn left_ear(orientation: Quat, before: Vec2) -> Vec2 {
+    (orientation * Vec3::Y).truncate().try_normalize().unwrap_or(before)
 }
 
 /// Hops by which the late part starts before the hop after the last tap.
@@ -292,7 +307,7 @@ mod tests {
         SlotMut::of(&mut input).write(&vec![1.0.into(); bins]);
         let [mut out, mut right] = [input.clone(), input.clone()];
         for frame in 0..3_000 {
-            late.advance(Slot::of(&input), [&mut out, &mut right].map(|ear| SlotMut::of(ear)));
+            late.advance(Slot::of(&input), Vec2::Y, [&mut out, &mut right].map(|ear| SlotMut::of(ear)));
             input.fill(Block::default());
             let rings = late.diffusers.iter().chain(&late.lines).flat_map(|l| &l.ring);
             assert!(rings.flat_map(|b| b.re.iter().chain(&b.im)).all(|v| !v.is_subnormal()), "frame {frame}");
@@ -333,7 +348,7 @@ mod tests {
         let mut energies = [(); 2].map(|()| Vec::new());
         for _ in 0..400 {
             let [left, right] = &mut out;
-            late.advance(Slot::of(&input), [left, right].map(|ear| SlotMut::of(ear)));
+            late.advance(Slot::of(&input), Vec2::Y, [left, right].map(|ear| SlotMut::of(ear)));
             input.fill(Block::default());
             for (energies, out) in energies.iter_mut().zip(&out) {
                 let energy: f32 =
@@ -341,11 +356,11 @@ mod tests {
                 energies.push(energy / bins as f32);
             }
         }
-        for (energies, most_db) in energies.into_iter().zip([1.5, 2.0]) {
+        for energies in energies {
             let over = |from: usize| energies[from..from + LATE_HOPS].iter().sum::<f32>();
             for from in 0..380 {
                 let db = 10.0 * (over(from) / STEADY_ENERGY).log10();
-                assert!(db.abs() < most_db, "hops {from} on: {db:.1} dB");
+                assert!(db.abs() < 1.8, "hops {from} on: {db:.1} dB");
             }
             let late_mean = energies[100..400].iter().sum::<f32>() / 300.0 * LATE_HOPS as f32;
             assert!((late_mean / STEADY_ENERGY - 1.0).abs() < 0.1, "{late_mean}");
@@ -354,30 +369,65 @@ mod tests {
         assert!(late.is_silent());
     }
 
-    #[test]
-    fn ears_have_as_much_in_common_as_is_shared_and_no_more() {
+    /// Both ears' frames of the answer to an impulse.
+    fn heard(coherence: f32, decay: f64, left: Vec2) -> [Vec<Block>; 2] {
         let grid = StftGrid { sample_rate_hz: 48_000.0, n_fft: 960, hop: 240 };
         let tail = TailModel { seed: 1, t60_s: vec![1.0; 2], coherence: vec![0.0; 2] };
         let bins = grid.bins();
-        for coherence in [0.0, 0.3, 0.9_f32] {
-            let mut late = Late::new(&grid, &grid, &tail, &vec![0.98; bins], &vec![coherence; bins]);
-            let mut input = vec![Block::default(); blocks_for(bins)];
-            SlotMut::of(&mut input).write(&vec![1.0.into(); bins]);
-            let [mut left, mut right] = [input.clone(), input.clone()];
-            let (mut common, mut energies) = (0.0, [0.0; 2]);
-            for _ in 0..150 {
-                late.advance(Slot::of(&input), [SlotMut::of(&mut left), SlotMut::of(&mut right)]);
-                input.fill(Block::default());
-                for (l, r) in left.iter().zip(&right) {
-                    for i in 0..LANES {
-                        common += l.re[i] * r.re[i] + l.im[i] * r.im[i];
-                        energies[0] += l.re[i].powi(2) + l.im[i].powi(2);
-                        energies[1] += r.re[i].powi(2) + r.im[i].powi(2);
-                    }
-                }
-            }
-            let found = common / (energies[0] * energies[1]).sqrt();
-            assert!((found - coherence.sqrt()).abs() < 0.15, "{found} at {coherence}");
+        let mut late = Late::new(&grid, &grid, &tail, &vec![decay; bins], &vec![coherence; bins]);
+        let mut input = vec![Block::default(); blocks_for(bins)];
+        SlotMut::of(&mut input).write(&vec![1.0.into(); bins]);
+        let mut ears = [(); 2].map(|()| vec![Block::default(); blocks_for(bins)]);
+        let mut frames = [Vec::new(), Vec::new()];
+        for _ in 0..150 {
+            let [l, r] = &mut ears;
+            late.advance(Slot::of(&input), left, [SlotMut::of(l), SlotMut::of(r)]);
+            input.fill(Block::default());
+            frames.iter_mut().zip(&ears).for_each(|(frames, ear)| frames.extend_from_slice(ear));
         }
+        frames
+    }
+
+    /// The correlation of two signals of complex spectra.
+    fn correlation(a: &[Block], b: &[Block]) -> f32 {
+        let product = |a: &[Block], b: &[Block]| -> f32 {
+            a.iter().zip(b).map(|(a, b)| (0..LANES).map(|i| a.re[i] * b.re[i] + a.im[i] * b.im[i]).sum::<f32>()).sum()
+        };
+        product(a, b) / (product(a, a) * product(b, b)).sqrt()
+    }
+
+    #[test]
+    fn the_three_sums_have_little_in_common() {
+        let [[middle, _], [along, _], [across, _]] =
+            [(1.0, Vec2::Y), (-1.0, Vec2::X), (-1.0, Vec2::Y)].map(|(coherence, left)| heard(coherence, 0.98, left));
+        for (a, b) in [(&middle, &along), (&middle, &across), (&along, &across)] {
+            let quarter = a.len() / 4;
+            for part in [0..quarter, quarter..a.len()] {
+                let found = correlation(&a[part.clone()], &b[part]);
+                println!("{found}");
+                assert!(found.abs() < 0.2, "{found}");
+            }
+        }
+    }
+
+    #[test]
+    fn ears_have_as_much_in_common_as_is_stated() {
+        for coherence in [-0.5, 0.0, 0.3, 0.9_f32] {
+            for left in [Vec2::Y, Vec2::X, Vec2::new(-0.6, 0.8)] {
+                let [l, r] = heard(coherence, 0.98, left);
+                let found = correlation(&l, &r);
+                println!("{found} at {coherence}, {left}");
+                assert!((found - coherence).abs() < 0.1, "{found} at {coherence}, {left}");
+            }
+        }
+    }
+
+    #[test]
+    fn the_late_field_stays_where_it_is_when_the_head_turns() {
+        let [ahead, turned, about] = [Vec2::Y, Vec2::X, -Vec2::Y].map(|left| heard(0.0, 0.98, left));
+        // Half a turn exchanges the ears; a quarter shares the middle with both.
+        assert_eq!([&ahead[0], &ahead[1]], [&about[1], &about[0]]);
+        let found = correlation(&ahead[0], &turned[0]);
+        assert!((found - 0.5).abs() < 0.1, "{found}");
     }
 }

@@ -6,13 +6,14 @@ use crate::render::carrier::per_bin;
 use crate::render::carriers::Carriers;
 use crate::render::decay::Decay;
 use crate::render::lanes::{Accumulate, Block, EarBlocks, blocks_for};
-use crate::render::late::{LATE_HOPS, Late, late_gain};
+use crate::render::late::{LATE_HOPS, Late, late_gain, left_ear};
 use crate::render::low::Low;
 use crate::render::meeting::Mixture;
 use crate::render::ring::{Ring, Slot};
 use crate::render::taps::Taps;
 use crate::transfer::Shares;
 use crate::{StftGrid, TailModel, TransferFunction, TransferShape};
+use glam::{Quat, Vec2};
 use promenade_fourier::num_complex::Complex32;
 use pulp::Arch;
 use std::ops::Range;
@@ -31,6 +32,8 @@ pub(crate) struct Later {
     low_gains: Vec<f32>,
     /// The newest spectra of the network, of each ear.
     tails: [Ring; 2],
+    /// Where the left ear is, along the world's horizontal axes.
+    left: Vec2,
     /// Frames by which the network is ahead of those that are heard.
     ahead: usize,
 }
@@ -58,6 +61,7 @@ impl Later {
             late_gains: vec![0.0; shape.tap_len()],
             low_gains: vec![1.0; shape.tap_len()],
             tails: [(); 2].map(|()| Ring::new(blocks_for(grid.bins()), LATE_HOPS + ahead)),
+            left: Vec2::Y,
             ahead,
         };
         later.set_levels(decay);
@@ -76,6 +80,11 @@ impl Later {
     /// Hops of the late part and of the bass together.
     pub(crate) fn hops(&self) -> usize {
         LATE_HOPS + self.low.hops()
+    }
+
+    /// Turns the late field with the head.
+    pub(crate) fn face(&mut self, orientation: Quat) {
+        self.left = left_ear(orientation, self.left);
     }
 
     /// Takes another decay.
@@ -147,7 +156,7 @@ impl Later {
 
     /// Feeds the network, whose output is heard so many frames later.
     pub(crate) fn advance(&mut self, input: Slot<'_>) {
-        self.network.advance(input, self.tails.each_mut().map(Ring::advance));
+        self.network.advance(input, self.left, self.tails.each_mut().map(Ring::advance));
     }
 
     /// The late part's filters on the frames of the network, for frames that are worked out ahead.
@@ -177,6 +186,7 @@ impl Later {
 
     pub(crate) fn reset(&mut self) {
         self.low.reset();
+        self.left = Vec2::Y;
         self.forget();
     }
 

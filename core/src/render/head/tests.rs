@@ -12,6 +12,10 @@ use std::f64::consts::PI;
 const GRID: StftGrid = StftGrid { sample_rate_hz: 48_000.0, n_fft: 960, hop: 240 };
 const TAPS: usize = 24;
 const FRAMES: usize = 160;
+/// Yaw of the head, radians.
+const FACING: f64 = 0.7;
+/// What the late part's middle has in common with the rest.
+const ALIKE: [f64; 2] = [0.12, 0.12];
 
 type Spectrum64 = Vec<Complex64>;
 
@@ -109,14 +113,14 @@ impl Exact {
         let mut out = [(); 2].map(|()| vec![Complex64::default(); input.len()]);
         let coherence: Vec<f64> = tail().coherence.iter().map(|c| f64::from(*c)).collect();
         for k in 0..input.len() {
-            let (mut x, mut kept) = (input[k], input[k]);
+            let (mut x, mut kept) = (input[k], [input[k]; 3]);
             let g = 0.7;
-            for line in &mut self.diffusers {
+            for (line, kept) in self.diffusers.iter_mut().zip(&mut kept) {
                 let at = self.frame % line.ring.len();
                 let delayed = line.gain[k] * line.ring[at][k];
                 let entered = x + g * delayed;
                 line.ring[at][k] = entered;
-                (x, kept) = (delayed - g * entered, entered);
+                (x, *kept) = (delayed - g * entered, entered);
             }
             let [a, b, c, d] =
                 [0, 1, 2, 3].map(|i| self.lines[i].gain[k] * self.lines[i].ring[self.frame % self.lines[i].ring.len()][k]);
@@ -124,10 +128,15 @@ impl Exact {
                 let at = self.frame % line.ring.len();
                 line.ring[at][k] = 0.5 * (x + fed);
             }
-            let (first, second) = (0.95 * x + a - b + c - d, 0.95 * 0.51_f64.sqrt() * kept + a + b - c - d);
-            let share = in_bands(&self.centres_hz, &coherence, GRID.bin_hz(k)).abs().sqrt();
-            let apart = (1.0 - share * share).sqrt() / (1.0_f64 - 0.12 * 0.12).sqrt();
-            (out[0][k], out[1][k]) = (first, (share - 0.12 * apart) * first + apart * second);
+            let kept = kept.map(|kept| Complex64::i() * 0.95 * 0.51_f64.sqrt() * kept);
+            let first = 0.95 * x + a - b + c - d;
+            let along = [kept[2] + a + b - c - d - ALIKE[0] * first, kept[1] + a - b - c + d - ALIKE[1] * first];
+            let [along, across] = [0, 1].map(|i| along[i] / (1.0 - ALIKE[i] * ALIKE[i]).sqrt());
+            // The left ear of a head that is turned is at the left of its face.
+            let differs = -FACING.sin() * along + FACING.cos() * across;
+            let common = in_bands(&self.centres_hz, &coherence, GRID.bin_hz(k));
+            let (middle, apart) = ((0.5 + 0.5 * common).sqrt() * first, (0.5 - 0.5 * common).sqrt() * differs);
+            (out[0][k], out[1][k]) = (middle + apart, middle - apart);
         }
         self.frame += 1;
         out
@@ -237,7 +246,9 @@ fn synthesised(frames: &[Spectrum64]) -> Vec<f64> {
 
 fn head() -> RenderHead {
     let carriers = Carriers::of_noise(&GRID, &GRID, TAPS, &bands(), &tail(), 20_000.0);
-    RenderHead::new(GRID, &GRID, shape(), &tail(), Arc::new(carriers))
+    let mut head = RenderHead::new(GRID, &GRID, shape(), &tail(), Arc::new(carriers));
+    head.face(Quat::from_rotation_z(single(FACING)));
+    head
 }
 
 /// Where the listener is on the way at a frame.

@@ -75,7 +75,7 @@ impl StreamingHead {
             let voices = example.voices.iter().zip(predictions);
             let heard = voices.map(|(voice, prediction)| {
                 let (_, transfer) = head.filters(&example.pose, voice, &query_values(prediction), weights, &shapes);
-                let input = worker.head.analyse(&voice.dry, example.pre_roll);
+                let input = worker.head.analyse(&voice.dry, example.pre_roll, example.pose.orientation);
                 worker.head.render(&input, &transfer)
             });
             heard.reduce(together).unwrap_or_default()
@@ -95,7 +95,7 @@ impl StreamingHead {
                 .map(|(voice, prediction)| {
                     let values = query_values(prediction);
                     let (learnt, transfer) = head.filters(&example.pose, voice, &values, weights, &shapes);
-                    (voice, values, learnt, transfer, worker.head.analyse(&voice.dry, example.pre_roll))
+                    (voice, values, learnt, transfer, worker.head.analyse(&voice.dry, example.pre_roll, example.pose.orientation))
                 })
                 .collect();
             let heard = voices.iter().map(|(.., transfer, input)| worker.head.render(input, transfer));
