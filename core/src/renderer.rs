@@ -494,7 +494,7 @@ impl Renderer {
         let quality = Quality { tier: self.played_tier(wanted.tier), ..*wanted };
         let change = self.follower.follow(&pose, &quality, whole, self.room_gain > 0.0);
         let room = quality.tier != Tier::Draft;
-        self.head.face(pose.orientation);
+        self.head.face(pose.orientation, whole);
         self.head.update(self.follower.transfer(), &change, room);
         let step = if whole { 1.0 } else { 1.0 / TIER_FADE_HOPS };
         if room && self.room_gain == 0.0 {

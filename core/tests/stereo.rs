@@ -1,7 +1,7 @@
 //! A stereo sound played by two emitters some angle apart.
 
 use promenade_core::glam::Vec3;
-use promenade_core::{BlockParams, EmitterParams, Emitters, Pose, Renderer, Scene, Spatializer};
+use promenade_core::{BlockParams, EmitterParams, Emitters, Pose, Renderer, Scene, Spatializer, Trim};
 use promenade_testing::noise;
 use promenade_testing::scenes::{room, room_with_images};
 use std::sync::Arc;
@@ -32,13 +32,23 @@ fn played(
     params_at: impl Fn(usize) -> EmitterParams,
     pose_at: impl Fn(usize) -> Pose,
 ) -> Ears {
+    played_with(&Trim::NEUTRAL, emitters, channels, params_at, pose_at)
+}
+
+fn played_with(
+    trim: &Trim,
+    emitters: Emitters,
+    channels: [&[f32]; 2],
+    params_at: impl Fn(usize) -> EmitterParams,
+    pose_at: impl Fn(usize) -> Pose,
+) -> Ears {
     let mut engine = Spatializer::new(RATE);
     engine.install(Box::new(emitters));
     let mut ears = [vec![0.0; channels[0].len()], vec![0.0; channels[0].len()]];
     let [left, right] = &mut ears;
     for start in (0..left.len()).step_by(480) {
         let span = start..left.len().min(start + 480);
-        let params = BlockParams { emitters: params_at(start), ..BlockParams::default() };
+        let params = BlockParams { emitters: params_at(start), trim: *trim, ..BlockParams::default() };
         let out = [&mut left[span.clone()], &mut right[span.clone()]];
         engine.process(&channels.map(|c| &c[span.clone()]), out, &params, |i| pose_at(start + i));
     }
@@ -59,8 +69,9 @@ fn apart_db(first: &Ears, second: &Ears) -> f64 {
 
 #[test]
 fn each_channel_is_heard_from_half_of_the_angle_to_its_side() {
-    // Measured from one place, so that an emitter at an angle is a head that turns the other way.
-    let scene = measured();
+    // Measured from one place, so that an emitter at an angle is a head that turns the other way, but for the late field, which
+    // stays with the room.
+    let (scene, trim) = (measured(), Trim { late: 0.0, ..Trim::NEUTRAL });
     let (sound, silence) = (noise(1, 12_000), vec![0.0; 12_000]);
     let halved: Vec<f32> = sound.iter().map(|v| 0.5 * v).collect();
     let start = scene.start_pose();
@@ -69,8 +80,8 @@ fn each_channel_is_heard_from_half_of_the_angle_to_its_side() {
         Pose::from_ypr(start.position, yaw + degrees.to_radians(), pitch, roll)
     };
     for (channels, yaw) in [([&sound[..], &silence[..]], -30.0), ([&silence, &sound], 30.0)] {
-        let heard = played(pair(&scene), channels, |_| spread(60.0), |_| start);
-        let want = played(one(&scene), [&halved, &halved], |_| EmitterParams::default(), |_| turned(yaw));
+        let heard = played_with(&trim, pair(&scene), channels, |_| spread(60.0), |_| start);
+        let want = played_with(&trim, one(&scene), [&halved, &halved], |_| EmitterParams::default(), |_| turned(yaw));
         let apart = apart_db(&want, &heard);
         println!("{yaw} degrees: {apart:.1} dB");
         assert!(apart < -100.0, "{yaw} degrees: {apart} dB");

@@ -132,7 +132,7 @@ fn noise_and_waves_are_as_loud_together_as_noise_alone() {
         }
     }
     // What the late part's eight hops have of more reaches beyond them where the crossover is lowest.
-    assert!(worst < 1.0, "{worst} dB");
+    assert!(worst < 1.1, "{worst} dB");
 }
 
 #[test]

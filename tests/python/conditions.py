@@ -14,7 +14,8 @@ and a further source that is heard from a measured direction while the scene's o
 A line is a condition, a column a measure: mean over poses of the magnitude of the error, of the scene / of the nearest measurement. Levels have one
 gain for the whole scene, that of the measured poses. Columns:
 
-    onset     us   arrival at the head (mean of both ears) less the sound's way there, less that of the measured poses: not aligned
+    onset     us   arrival at the head (mean of both ears) less the sound's way there, less that of the measured poses: not aligned. Within 1 ms of
+                   each other sounds fuse (Blauert 1997, summing localisation); a quarter of that is allowed
     itd       us   lag of the correlation below 1.5 kHz, first 10 ms
     direct    us   the same of the direct sound, first 2.5 ms
     ild       dB   thirds of octaves from 200 Hz, rms
@@ -47,7 +48,7 @@ import numpy as np
 import soundfile as sf
 from scipy import signal
 
-JNDS = {"onset": 20, "itd": 20, "direct": 20, "ild": 1, "level": 1, "bass": 1, "room": 1, "t20": 5, "edt": 5, "c50": 1, "coherence": 0.05, "early": -40}
+JNDS = {"onset": 250, "itd": 20, "direct": 20, "ild": 1, "level": 1, "bass": 1, "room": 1, "t20": 5, "edt": 5, "c50": 1, "coherence": 0.05, "early": -40}
 SIZE, SOURCE, PLACE = (6.4, 5.2, 2.9), np.array([3.9, 2.9, 1.5]), np.array([2.4, 2.2, 1.5])
 APART_M, SPEED = np.array([0.0, 1.0, 0.0]), 343.2
 # Absorption of all walls in octaves from 125 Hz that gives about these reverberation times, seconds.

@@ -424,7 +424,7 @@ mod tests {
         let carriers = Arc::new(Carriers::of_noise(&GRID, &GRID, TAPS, &bands, &tail, 4000.0));
         let mut head = RenderHead::new(GRID, &GRID, ClipRender::new(&GRID, &bands, &tail, TAPS).shape(), &tail, carriers);
         let facing = Quat::from_rotation_z(0.7);
-        head.face(facing);
+        head.face(facing, true);
         head.update(&transfer, &Change::whole(head.filter_hops(), TAPS), true);
         let (mut analysis, mut synthesis) = (Analysis::new(GRID), Synthesis::new(GRID));
         let spectrum = || vec![Complex32::default(); GRID.bins()];

@@ -164,9 +164,9 @@ impl RenderHead {
         changed
     }
 
-    /// Turns the late field with the head.
-    pub(crate) fn face(&mut self, orientation: Quat) {
-        self.later.iter_mut().for_each(|later| later.face(orientation));
+    /// Turns the late field with the head, at once or as the frames come.
+    pub(crate) fn face(&mut self, orientation: Quat, at_once: bool) {
+        self.later.iter_mut().for_each(|later| later.face(orientation, at_once));
     }
 
     /// Takes what has changed in a transfer function; `room` says whether more than the direct sound is wanted.

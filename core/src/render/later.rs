@@ -1,7 +1,7 @@
 //! What of a room comes after its explicit taps: the late part, and the bass of measured responses.
 
 use crate::number::single;
-use crate::render::ahead::Applied;
+use crate::render::ahead::{Applied, FRAMES};
 use crate::render::carrier::per_bin;
 use crate::render::carriers::Carriers;
 use crate::render::decay::Decay;
@@ -32,8 +32,9 @@ pub(crate) struct Later {
     low_gains: Vec<f32>,
     /// The newest spectra of the network, of each ear.
     tails: [Ring; 2],
-    /// Where the left ear is, along the world's horizontal axes.
-    left: Vec2,
+    /// Where the left ear has been in the newest frames, along the world's horizontal axes. The network takes the pose that its
+    /// frames are heard with where it has the most time, so that it plays the same where it has less.
+    left: [Vec2; FRAMES],
     /// Frames by which the network is ahead of those that are heard.
     ahead: usize,
 }
@@ -61,7 +62,7 @@ impl Later {
             late_gains: vec![0.0; shape.tap_len()],
             low_gains: vec![1.0; shape.tap_len()],
             tails: [(); 2].map(|()| Ring::new(blocks_for(grid.bins()), LATE_HOPS + ahead)),
-            left: Vec2::Y,
+            left: [Vec2::Y; FRAMES],
             ahead,
         };
         later.set_levels(decay);
@@ -82,9 +83,15 @@ impl Later {
         LATE_HOPS + self.low.hops()
     }
 
-    /// Turns the late field with the head.
-    pub(crate) fn face(&mut self, orientation: Quat) {
-        self.left = left_ear(orientation, self.left);
+    /// Turns the late field with the head, at once or as the frames come.
+    pub(crate) fn face(&mut self, orientation: Quat, at_once: bool) {
+        let newest = left_ear(orientation, self.left[0]);
+        if at_once {
+            self.left = [newest; FRAMES];
+        } else {
+            self.left.rotate_right(1);
+            self.left[0] = newest;
+        }
     }
 
     /// Takes another decay.
@@ -156,7 +163,7 @@ impl Later {
 
     /// Feeds the network, whose output is heard so many frames later.
     pub(crate) fn advance(&mut self, input: Slot<'_>) {
-        self.network.advance(input, self.left, self.tails.each_mut().map(Ring::advance));
+        self.network.advance(input, self.left[FRAMES - 1 - self.ahead], self.tails.each_mut().map(Ring::advance));
     }
 
     /// The late part's filters on the frames of the network, for frames that are worked out ahead.
@@ -186,7 +193,7 @@ impl Later {
 
     pub(crate) fn reset(&mut self) {
         self.low.reset();
-        self.left = Vec2::Y;
+        self.left = [Vec2::Y; FRAMES];
         self.forget();
     }
 

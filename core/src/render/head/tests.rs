@@ -247,7 +247,7 @@ fn synthesised(frames: &[Spectrum64]) -> Vec<f64> {
 fn head() -> RenderHead {
     let carriers = Carriers::of_noise(&GRID, &GRID, TAPS, &bands(), &tail(), 20_000.0);
     let mut head = RenderHead::new(GRID, &GRID, shape(), &tail(), Arc::new(carriers));
-    head.face(Quat::from_rotation_z(single(FACING)));
+    head.face(Quat::from_rotation_z(single(FACING)), true);
     head
 }
 

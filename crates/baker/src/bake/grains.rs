@@ -73,10 +73,11 @@ impl Grains {
         (0..most.len()).map(octave_gains).collect()
     }
 
-    /// What an ear loses where arrivals of these gains, as [`Grains::gains`] has them, are taken off.
-    pub(crate) fn lifted(&self, arrivals: &[Arrival], gains: &[Vec<f64>], ear: usize) -> Vec<f32> {
+    /// What an ear loses where arrivals of these gains, as [`Grains::gains`] has them, are taken off, and energies by octave: of
+    /// what it loses and of the arrivals, added to `moved`.
+    pub(crate) fn lifted(&self, arrivals: &[Arrival], gains: &[Vec<f64>], ear: usize, moved: &mut [[f64; 2]]) -> Vec<f32> {
         let mut lost = vec![0.0; self.octaves[ear].first().map_or(0, Vec::len)];
-        for (octave, gains) in gains.iter().enumerate() {
+        for ((octave, gains), moved) in gains.iter().enumerate().zip(moved) {
             let mut explained = vec![0.0; lost.len()];
             for (arrival, gain) in arrivals.iter().zip(gains).filter(|(_, gain)| **gain > 0.0) {
                 explained.iter_mut().zip(&arrival.energies[ear][octave]).for_each(|(sum, energy)| *sum += gain * energy);
@@ -85,6 +86,8 @@ impl Grains {
             for (lost, ((x, found), explained)) in lost.iter_mut().zip(sound.zip(explained)) {
                 let left = if *found > 0.0 { (1.0 - explained / found).max(LEAST_LEFT) } else { 1.0 };
                 *lost += x * (1.0 - left.sqrt());
+                moved[0] += (1.0 - left) * found;
+                moved[1] += explained;
             }
         }
         lost.into_iter().map(|x| x as f32).collect()

@@ -273,17 +273,27 @@ impl Heard<'_> {
     }
 
     /// Gains of images as [`Self::gains`] has them, and filters of what each response loses with them.
+    ///
+    /// What is left of a response holds some of what its images explain: they are played with the energy that it loses.
     fn lifted(&self, images: &ImageSources, ears: &Ears, most: &[f64]) -> (Vec<Vec<f64>>, Vec<[Vec<f32>; 2]>) {
         let of_response = |response: usize| {
             let (numbers, arrivals) = self.arrivals(images, response, ears);
             let grains = self.grains(response, ears);
             let gains = grains.gains(&arrivals, most, ears.rate);
-            let lost = [0, 1].map(|ear| grains.lifted(&arrivals, &gains, ear));
-            ((numbers, gains), lost)
+            let mut moved = vec![[0.0; 2]; most.len()];
+            let lost = [0, 1].map(|ear| grains.lifted(&arrivals, &gains, ear, &mut moved));
+            ((numbers, gains), (lost, moved))
         };
         let found: Vec<_> = (0..self.responses.len()).into_par_iter().map(of_response).collect();
-        let (gains, lost): (Vec<_>, Vec<_>) = found.into_iter().unzip();
-        (means(images.images.len(), most.len(), &gains), lost)
+        let (gains, lifted): (Vec<_>, Vec<_>) = found.into_iter().unzip();
+        let (lost, moved): (Vec<_>, Vec<_>) = lifted.into_iter().unzip();
+        let mut means = means(images.images.len(), most.len(), &gains);
+        for octave in 0..most.len() {
+            let [lost, played] = [0, 1].map(|which| moved.iter().map(|moved| moved[octave][which]).sum::<f64>());
+            let share = if played > lost { lost / played } else { 1.0 };
+            means.iter_mut().for_each(|gains| gains[octave] *= share);
+        }
+        (means, lost)
     }
 }
 

@@ -35,10 +35,11 @@ const FEWEST_HOPS: usize = 6;
 
 /// Reverberation time per band, seconds, from energies averaged over many responses: a straight line through the level in dB
 /// from hop `from` on, down to where T20 ends or the measurement's noise begins (ISO 3382-1, regression): many rooms have a
-/// second slope, which is heard less. `direct` is the energy density of the direct sound.
-fn t60_s(mean: &HopEnergies, from: usize, hop_s: f64, direct: f64) -> Result<Vec<f32>, BakeError> {
+/// second slope, which is heard less. The first `as_measured` bands ring on as they were measured: theirs is down to the noise.
+/// `direct` is the energy density of the direct sound.
+fn t60_s(mean: &HopEnergies, as_measured: usize, from: usize, hop_s: f64, direct: f64) -> Result<Vec<f32>, BakeError> {
     let bands = mean.first().map_or(0, Vec::len);
-    let mut fitted: Vec<Option<f64>> = (0..bands).map(|b| fit_t60(mean, b, from, hop_s)).collect();
+    let mut fitted: Vec<Option<f64>> = (0..bands).map(|b| fit_t60(mean, b, from, hop_s, b < as_measured)).collect();
     let Some(all) = median_high(fitted.iter().flatten().copied()) else {
         check_fall(mean, from, hop_s, direct)?;
         return Ok(vec![0.3; bands]);
@@ -78,7 +79,7 @@ fn hops_above_noise(mean: &HopEnergies, band: usize) -> usize {
     mean.iter().position(|e| e[band] < OVER_NOISE * floor || e[band] <= 1e-20).unwrap_or(mean.len())
 }
 
-fn fit_t60(mean: &HopEnergies, band: usize, from: usize, hop_s: f64) -> Option<f64> {
+fn fit_t60(mean: &HopEnergies, band: usize, from: usize, hop_s: f64, to_noise: bool) -> Option<f64> {
     let until = hops_above_noise(mean, band);
     let energies: Vec<f64> = mean[..until].iter().map(|hop| hop[band].max(1e-30)).collect();
     let start = if until >= from + FEWEST_HOPS { from } else { 2.min(until) };
@@ -88,6 +89,9 @@ fn fit_t60(mean: &HopEnergies, band: usize, from: usize, hop_s: f64) -> Option<f
         (t60_s >= SHORTEST_T60_S && t60_s.is_finite() && points.len() >= start + FEWEST_HOPS).then_some(t60_s)
     };
     let whole_s = fitted(&energies)?;
+    if to_noise {
+        return Some(whole_s);
+    }
     // What is still to come, the noise's place too: as T20 sees it.
     let hop = 10.0_f64.powf(-6.0 * hop_s / whole_s);
     let beyond =
@@ -204,7 +208,9 @@ impl Room {
             .collect();
         let fitted_from = Self::shape(measured, grid, early_s.unwrap_or(FITTED_FROM_S)).taps;
         let direct = directs.iter().flat_map(|d| &d.gain).flatten().map(|g| g * g).sum::<f64>() / (ears * grid.bins() as f64);
-        let t60 = t60_s(&mean, fitted_from, grid.hop_s(), direct)?;
+        let low_hz = grid.bin_hz(LOWEST_BINS.min(grid.bins()) - 1);
+        let low_bands = bands.centres_hz().iter().filter(|hz| f64::from(**hz) <= low_hz).count();
+        let t60 = t60_s(&mean, low_bands, fitted_from, grid.hop_s(), direct)?;
         let early_s = early_s.unwrap_or_else(|| {
             let typical = median_high(t60.iter().map(|t| f64::from(*t))).unwrap_or_default();
             (0.5 * typical).clamp(SHORTEST_EARLY_S, LONGEST_EARLY_S)
@@ -223,10 +229,8 @@ impl Room {
         let coherence = (0..bands.count())
             .map(|b| (sums[0][b] / (sums[1][b] * sums[2][b]).sqrt().max(1e-30)).clamp(-1.0, 1.0) as f32)
             .collect();
-        let low_hz = grid.bin_hz(LOWEST_BINS.min(grid.bins()) - 1);
         let ringing = |b: usize| above_noise[b].min((f64::from(t60[b]) / grid.hop_s()).ceil() as usize);
-        let low_hops =
-            (0..bands.count()).filter(|b| f64::from(bands.centres_hz()[*b]) <= low_hz).map(ringing).max().unwrap_or(0);
+        let low_hops = (0..low_bands).map(ringing).max().unwrap_or(0);
         let low_hops = low_hops.clamp(taps + 1, (taps + 1).max((LONGEST_LOW_S / grid.hop_s()) as usize));
         let tail = TailModel { seed, t60_s: t60, coherence };
         let top_hz = (TRUSTED_SHARE * grid.sample_rate_hz / 2.0) as f32;
@@ -270,7 +274,7 @@ mod tests {
     fn finds_the_slope_of_an_exponential_above_its_noise() {
         let energies: HopEnergies =
             (0..150).map(|l| vec![10.0_f64.powf(-6.0 * f64::from(l) * 0.005 / 0.5) + 1e-7, 1e-30]).collect();
-        let t = t60_s(&energies, 8, 0.005, 1.0).unwrap();
+        let t = t60_s(&energies, 0, 8, 0.005, 1.0).unwrap();
         assert!((t[0] - 0.5).abs() < 0.02, "{t:?}");
         assert_eq!(t[0], t[1], "a silent band takes the typical value");
         let unit: HopEnergies = (0..150).map(|l| vec![10.0_f64.powf(-6.0 * f64::from(l - 10) * 0.005 / 0.5)]).collect();
@@ -286,15 +290,15 @@ mod tests {
 
     #[test]
     fn long_reverberation_is_baked_or_refused_but_not_replaced() {
-        let t = t60_s(&decaying([25.0, 30.0], 8.0), 32, 0.005, 1.0).unwrap();
+        let t = t60_s(&decaying([25.0, 30.0], 8.0), 0, 32, 0.005, 1.0).unwrap();
         assert!((t[0] - 25.0).abs() < 0.1 && (t[1] - 30.0).abs() < 0.1, "{t:?}");
-        let outlier = t60_s(&decaying([0.5, 0.6, 25.0], 8.0), 32, 0.005, 1.0).unwrap();
+        let outlier = t60_s(&decaying([0.5, 0.6, 25.0], 8.0), 0, 32, 0.005, 1.0).unwrap();
         assert!((outlier[1] - 0.6).abs() < 0.01 && outlier[2] == outlier[1], "one band alone is a failed fit: {outlier:?}");
-        let refused = t60_s(&decaying([200.0, 200.0], 40.0), 32, 0.005, 1.0).unwrap_err().to_string();
+        let refused = t60_s(&decaying([200.0, 200.0], 40.0), 0, 32, 0.005, 1.0).unwrap_err().to_string();
         assert!(refused.contains("at most 150 s, found 200.0 s"), "{refused}");
-        let cut = t60_s(&decaying([25.0, 25.0], 1.0), 32, 0.005, 1.0).unwrap_err().to_string();
+        let cut = t60_s(&decaying([25.0, 25.0], 1.0), 0, 32, 0.005, 1.0).unwrap_err().to_string();
         assert!(cut.contains("a fall of 10 dB or more") && cut.contains("found 2.3 dB in 1.00 s"), "{cut}");
-        let faint = t60_s(&decaying([25.0, 25.0], 1.0), 32, 0.005, 1e4).unwrap();
+        let faint = t60_s(&decaying([25.0, 25.0], 1.0), 0, 32, 0.005, 1e4).unwrap();
         assert_eq!(faint, [0.3, 0.3], "noise far below the direct sound is no late part");
     }
 }
