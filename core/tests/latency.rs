@@ -124,7 +124,7 @@ fn a_circling_tone_is_nearly_as_clean_as_with_the_frame() {
         };
         let (frame, short) = (found(Latency::Frame), found(Latency::Samples64));
         println!("{name}: frame {frame:?} dB, 64 samples {short:?} dB");
-        assert!(short[0] < frame[0] + 7.0 && short[1] < frame[1] + 13.0, "{name}: {short:?} dB, frame {frame:?} dB");
+        assert!(short[0] < frame[0] + 8.0 && short[1] < frame[1] + 13.0, "{name}: {short:?} dB, frame {frame:?} dB");
     }
 }
 

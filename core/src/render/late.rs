@@ -19,9 +19,6 @@ const DIFFUSION: f32 = 0.7;
 const LINES: [usize; 4] = [11, 13, 17, 19];
 /// Level at which the diffused input is heard besides the lines, so that the energy starts as it goes on.
 const HEARD_INPUT: f32 = 0.95;
-/// What the lines' second sum has in common with their third and their fourth, correlations. Measured: nothing as the sound
-/// begins, twice as much once it has gone round.
-const ALIKE: [f32; 2] = [0.12, 0.12];
 /// Energy per hop that the lossless network puts out for a unit impulse, over [`LATE_HOPS`] hops of noise (measured: see the
 /// test).
 const STEADY_ENERGY: f32 = 0.464;
@@ -40,7 +37,8 @@ const SILENCE: f32 = 1e-12;
 ///
 /// Three sums of the lines are the late field at the head: its middle, the same at both ears, and what grows from the right ear
 /// to the left, along both of the world's horizontal axes, as pressure and velocity are in Ambisonics of first order. Half a
-/// turn of the head exchanges the ears. The ears' coherence decides how loud the middle is.
+/// turn of the head exchanges the ears. The ears' coherence decides how loud the middle is. The middle and what differs are a
+/// quarter of a period apart, so that both ears are as loud whatever the sums have in common, as while few lines sound.
 pub(crate) struct Late {
     arch: Arch,
     diffusers: [DelayLine; 3],
@@ -182,14 +180,9 @@ impl WithSimd for Advance<'_> {
         let Self { late: Late { diffusers, lines, shares, .. }, input, left: Vec2 { x, y }, outputs: [left, right] } = self;
         let zero = simd.splat_f32s(0.0);
         let mut peak = zero;
-        // What the last two diffusers keep is as loud as what the last one passes on, and has nothing in common with it. A quarter
-        // of a period apart, they are as loud at both ears from the first hop on.
-        let passed = simd.splat_f32s(HEARD_INPUT);
-        let kept_gain = HEARD_INPUT * (1.0 - DIFFUSION * DIFFUSION).sqrt();
-        let turned = [-kept_gain, kept_gain].map(|gain| simd.splat_f32s(gain));
-        let along = [x, y].map(|along| simd.splat_f32s(along));
-        let alike = ALIKE.map(|alike| simd.splat_f32s(-alike));
-        let alone = ALIKE.map(|alike| simd.splat_f32s((1.0 - alike * alike).sqrt().recip()));
+        // What the last two diffusers keep is as loud as what the last one passes on.
+        let [passed, kept_gain] = [1.0, (1.0 - DIFFUSION * DIFFUSION).sqrt()].map(|gain| simd.splat_f32s(HEARD_INPUT * gain));
+        let along = [[-x, -y], [x, y]].map(|along| along.map(|along| simd.splat_f32s(along)));
         let outputs = left.blocks().zip(right.blocks());
         for (block, (input, (left, right))) in input.blocks().zip(outputs).enumerate() {
             let mut diffusers = diffusers.each_mut().map(|line| line.at(block));
@@ -232,9 +225,8 @@ impl WithSimd for Advance<'_> {
                     let first = simd.mul_add_e_f32s(passed, x[i], coupled[i][1]);
                     let mut differs = zero;
                     for axis in 0..2 {
-                        let other = simd.mul_add_e_f32s(turned[i], kept[2 - axis][1 - i], coupled[i][2 + axis]);
-                        let other = simd.mul_f32s(alone[axis], simd.mul_add_e_f32s(alike[axis], first, other));
-                        differs = simd.mul_add_e_f32s(along[axis], other, differs);
+                        let other = simd.mul_add_e_f32s(kept_gain, kept[2 - axis][1 - i], coupled[1 - i][2 + axis]);
+                        differs = simd.mul_add_e_f32s(along[i][axis], other, differs);
                     }
                     let (first, differs) = (simd.mul_f32s(middle, first), simd.mul_f32s(apart, differs));
                     put::<S>(left, v, simd.add_f32s(first, differs));

@@ -14,8 +14,6 @@ const TAPS: usize = 24;
 const FRAMES: usize = 160;
 /// Yaw of the head, radians.
 const FACING: f64 = 0.7;
-/// What the late part's middle has in common with the rest.
-const ALIKE: [f64; 2] = [0.12, 0.12];
 
 type Spectrum64 = Vec<Complex64>;
 
@@ -128,12 +126,11 @@ impl Exact {
                 let at = self.frame % line.ring.len();
                 line.ring[at][k] = 0.5 * (x + fed);
             }
-            let kept = kept.map(|kept| Complex64::i() * 0.95 * 0.51_f64.sqrt() * kept);
+            let kept = kept.map(|kept| 0.95 * 0.51_f64.sqrt() * kept);
             let first = 0.95 * x + a - b + c - d;
-            let along = [kept[2] + a + b - c - d - ALIKE[0] * first, kept[1] + a - b - c + d - ALIKE[1] * first];
-            let [along, across] = [0, 1].map(|i| along[i] / (1.0 - ALIKE[i] * ALIKE[i]).sqrt());
+            let [along, across] = [kept[2] + a + b - c - d, kept[1] + a - b - c + d];
             // The left ear of a head that is turned is at the left of its face.
-            let differs = -FACING.sin() * along + FACING.cos() * across;
+            let differs = Complex64::i() * (-FACING.sin() * along + FACING.cos() * across);
             let common = in_bands(&self.centres_hz, &coherence, GRID.bin_hz(k));
             let (middle, apart) = ((0.5 + 0.5 * common).sqrt() * first, (0.5 - 0.5 * common).sqrt() * differs);
             (out[0][k], out[1][k]) = (middle + apart, middle - apart);
