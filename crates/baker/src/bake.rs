@@ -51,7 +51,7 @@ const PLACES_NUGGET: f64 = 0.03;
 
 /// Counts up when the same responses make another scene than before: the factory scenes are made again then. Scenes have it
 /// among their notes.
-pub const CONTENT: &str = "content 2 of scenes of measured responses";
+pub const CONTENT: &str = "content 3 of scenes of measured responses";
 
 /// Choices of a bake.
 #[derive(Clone, Debug, PartialEq)]
