@@ -12,19 +12,13 @@ use std::ops::RangeInclusive;
 
 /// Spectra of a clip's dry sound.
 #[derive(Clone, Debug, PartialEq)]
-pub struct ClipSource {
+pub(crate) struct ClipSource {
     bins: usize,
     spectra: Vec<Complex32>,
     magnitudes: Vec<f32>,
 }
 
 impl ClipSource {
-    /// Magnitudes, `[frame][bin]`.
-    #[must_use]
-    pub fn magnitudes(&self) -> &[f32] {
-        &self.magnitudes
-    }
-
     /// Magnitudes of one frame.
     pub(crate) fn frame(&self, frame: usize) -> &[f32] {
         &self.magnitudes[frame * self.bins..][..self.bins]
@@ -39,53 +33,32 @@ impl ClipSource {
     }
 }
 
-/// What a clip is rendered with.
-#[derive(Clone, Copy, Debug)]
-pub struct PublishedInput<'a> {
-    /// Mixture mask, one value per bin, linear gain.
-    pub mixture: &'a [f32],
-    /// Difference mask in (-1, 1), one value per bin; positive = right louder.
-    pub difference: &'a [f32],
-    /// Output of the time filter, magnitudes, `[frame][bin]`.
-    pub mix: &'a [f32],
-    /// The convolution layers; without them `mix` is added to the masked magnitudes itself.
-    pub conv: Option<&'a ConvWeights>,
-}
-
 /// Renders clips from masks and the time filter's output, as the published code does.
 ///
 /// The magnitudes of each ear are `ReLU(added + (1 + sign difference) mixture |X|)`, sign -1 left and 1 right, where `added` is
 /// the time filter's output or what the convolution layers make of it; they take the source's phase. One serves any number of
 /// clips, one at a time: a thread has its own.
-pub struct PublishedClip {
-    pub(crate) grid: StftGrid,
+pub(crate) struct PublishedClip {
+    grid: StftGrid,
     frames: usize,
-    pub(crate) transform: HannFrames,
+    transform: HannFrames,
     /// A clip's samples with half a frame before and after.
-    pub(crate) padded: Vec<f32>,
-    pub(crate) planes: ClipPlanes,
-    pub(crate) conv: ClipConv,
+    padded: Vec<f32>,
+    planes: ClipPlanes,
+    conv: ClipConv,
     /// Magnitudes.
-    pub(crate) ears: [Frames; 2],
-    pub(crate) spectrum: Vec<Complex32>,
+    ears: [Frames; 2],
+    spectrum: Vec<Complex32>,
     /// One over the sum of squared windows at each sample of the output.
-    pub(crate) scale: Vec<f32>,
+    scale: Vec<f32>,
 }
 
 impl PublishedClip {
-    /// For clips of so many frames on this grid.
+    /// For clips of so many frames on this grid, computed with the given instruction set.
     ///
     /// # Errors
     /// The grid is not usable, or a clip is too short to be reflected at its ends.
-    pub fn new(grid: StftGrid, frames: usize) -> Result<Self, PublishedError> {
-        Self::with_arch(grid, frames, Arch::new())
-    }
-
-    /// A clip renderer that computes with the given instruction set.
-    ///
-    /// # Errors
-    /// The grid has no transform ([`PublishedError`]).
-    pub fn with_arch(grid: StftGrid, frames: usize, arch: Arch) -> Result<Self, PublishedError> {
+    pub(crate) fn new(grid: StftGrid, frames: usize, arch: Arch) -> Result<Self, PublishedError> {
         let transform = HannFrames::new(&grid, arch)?;
         let bins = grid.bins();
         let samples = frames.saturating_sub(1) * grid.hop;
@@ -110,26 +83,22 @@ impl PublishedClip {
     }
 
     /// Frames of a clip.
-    #[must_use]
-    pub fn frames(&self) -> usize {
+    pub(crate) fn frames(&self) -> usize {
         self.frames
     }
 
     /// Lengths of clips that have this number of frames, samples.
-    #[must_use]
-    pub fn clip_samples(&self) -> RangeInclusive<usize> {
+    pub(crate) fn clip_samples(&self) -> RangeInclusive<usize> {
         (self.frames - 1) * self.grid.hop..=self.frames * self.grid.hop - 1
     }
 
     /// Length of a rendered clip, samples: the shortest of [`PublishedClip::clip_samples`].
-    #[must_use]
-    pub fn out_samples(&self) -> usize {
+    pub(crate) fn out_samples(&self) -> usize {
         self.scale.len()
     }
 
     /// Room for a clip's sound.
-    #[must_use]
-    pub fn source(&self) -> ClipSource {
+    pub(crate) fn source(&self) -> ClipSource {
         let (bins, values) = (self.grid.bins(), self.frames * self.grid.bins());
         ClipSource { bins, spectra: vec![Complex32::default(); values], magnitudes: vec![0.0; values] }
     }
@@ -137,10 +106,9 @@ impl PublishedClip {
     /// Transforms a clip: frames are centred, the signal is reflected at its ends. Does not allocate.
     ///
     /// # Errors
-    /// The length is not in [`PublishedClip::clip_samples`], or the source is another head's.
-    pub fn analyse(&mut self, mono: &[f32], source: &mut ClipSource) -> Result<(), PublishedError> {
+    /// The length is not in [`PublishedClip::clip_samples`].
+    pub(crate) fn analyse(&mut self, mono: &[f32], source: &mut ClipSource) -> Result<(), PublishedError> {
         length("input samples", self.clip_samples(), mono.len())?;
-        self.check_source(source)?;
         let (n, hop, bins) = (self.grid.n_fft, self.grid.hop, self.grid.bins());
         let (before, rest) = self.padded.split_at_mut(n / 2);
         let (middle, after) = rest.split_at_mut(mono.len());
@@ -155,23 +123,12 @@ impl PublishedClip {
         Ok(())
     }
 
-    /// Renders a clip to the left and the right ear, time-aligned with what was analysed. Does not allocate.
+    /// Renders a clip to the left and the right ear, time-aligned with what was analysed, from masks whose lengths were checked
+    /// and the time filter's output by frame. Does not allocate.
     ///
     /// # Errors
-    /// Something is of another length than this head's; an output's should be [`PublishedClip::out_samples`].
-    pub fn render(
-        &mut self,
-        source: &ClipSource,
-        input: PublishedInput<'_>,
-        out: [&mut [f32]; 2],
-    ) -> Result<(), PublishedError> {
-        self.check(source, &input)?;
-        let bins = self.grid.bins();
-        self.render_frames(source, (input.mixture, input.difference), |t| &input.mix[t * bins..][..bins], input.conv, out)
-    }
-
-    /// Renders masks and weights whose lengths were checked; returns the time filter's output by frame.
-    pub(crate) fn render_frames<'a>(
+    /// An output of another length than [`PublishedClip::out_samples`].
+    pub(crate) fn render<'a>(
         &mut self,
         source: &ClipSource,
         masks: (&[f32], &[f32]),
@@ -199,13 +156,12 @@ impl PublishedClip {
     }
 
     /// Magnitudes of an ear, left 0 or right 1, of the last clip, frame by frame, one value per bin.
-    pub fn magnitudes(&self, ear: usize) -> impl Iterator<Item = &[f32]> {
+    pub(crate) fn magnitudes(&self, ear: usize) -> impl Iterator<Item = &[f32]> {
         self.ears[ear.min(1)].iter()
     }
 
     /// Bytes in memory.
-    #[must_use]
-    pub fn memory_bytes(&self) -> usize {
+    pub(crate) fn memory_bytes(&self) -> usize {
         let [left, right] = &self.ears;
         left.memory_bytes() + right.memory_bytes() + self.planes.memory_bytes() + self.conv.memory_bytes()
     }
@@ -217,25 +173,12 @@ impl PublishedClip {
         exactly("values of the difference mask", bins, difference.len())
     }
 
-    pub(crate) fn check(&self, source: &ClipSource, input: &PublishedInput<'_>) -> Result<(), PublishedError> {
-        self.check_source(source)?;
-        self.check_masks(input.mixture, input.difference)?;
-        exactly("values of the time filter's output", self.frames * self.grid.bins(), input.mix.len())?;
-        let mut tensors = input.conv.map(ConvWeights::lengths).into_iter().flatten();
-        tensors.try_for_each(|(what, expected, found)| exactly(what, expected, found))
-    }
-
-    fn check_source(&self, source: &ClipSource) -> Result<(), PublishedError> {
-        exactly("bins of the source", self.grid.bins(), source.bins)?;
-        exactly("values of the source", self.frames * self.grid.bins(), source.magnitudes.len())
-    }
-
-    pub(crate) fn check_out(&self, [left, right]: [usize; 2]) -> Result<(), PublishedError> {
+    fn check_out(&self, [left, right]: [usize; 2]) -> Result<(), PublishedError> {
         exactly("samples of the left output", self.out_samples(), left)?;
         exactly("samples of the right output", self.out_samples(), right)
     }
 
-    pub(crate) fn fill_planes<'a>(
+    fn fill_planes<'a>(
         &mut self,
         source: &ClipSource,
         (mixture, difference): (&[f32], &[f32]),
@@ -253,7 +196,7 @@ impl PublishedClip {
     }
 
     /// Magnitudes of both ears in one frame.
-    pub(crate) fn mix_ears(&mut self, frame: usize, difference: &[f32], conv: bool) {
+    fn mix_ears(&mut self, frame: usize, difference: &[f32], conv: bool) {
         let masked = self.planes.get(frame, 1);
         for (ear, rows) in self.ears.iter_mut().enumerate() {
             let added = if conv { self.conv.ear(ear) } else { self.planes.get(frame, 0) };
@@ -279,9 +222,9 @@ fn length(what: &'static str, expected: RangeInclusive<usize>, found: usize) -> 
     if expected.contains(&found) { Ok(()) } else { Err(PublishedError::Length { what, expected, found }) }
 }
 
-pub(crate) fn exactly(what: &'static str, expected: usize, found: usize) -> Result<(), PublishedError> {
+fn exactly(what: &'static str, expected: usize, found: usize) -> Result<(), PublishedError> {
     length(what, expected..=expected, found)
 }
 
 #[cfg(test)]
-pub(crate) mod tests;
+mod tests;

@@ -50,7 +50,7 @@ impl ClipRenderer {
             return Err(PublishedError::Bands { bands: sizes.bands, bins });
         }
         let frames = if sizes.frames > 0 { sizes.frames } else { second(&grid) / grid.hop.max(1) + 1 };
-        let head = PublishedClip::with_arch(grid, frames, arch)?;
+        let head = PublishedClip::new(grid, frames, arch)?;
         Ok(Self {
             sizes,
             grid,
@@ -108,7 +108,7 @@ impl ClipRenderer {
             None => self.mix.clear(),
         }
         let masks = (&masks.mixture[..], &masks.difference[..]);
-        self.head.render_frames(&self.source, masks, |t| self.mix.row(t), self.conv.as_ref(), out)
+        self.head.render(&self.source, masks, |t| self.mix.row(t), self.conv.as_ref(), out)
     }
 
     /// Renders a signal of any length as clips that overlap by a twentieth, each faded linearly into the next (Chen and

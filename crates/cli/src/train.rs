@@ -54,11 +54,6 @@ pub(crate) fn run(args: &TrainArgs) -> Result<()> {
         report::note(format_args!("{}: goes on from step {}", kept.display(), trainer.steps()));
     }
     learn(&mut trainer, args, |trainer| Checkpoint { anchors: set, notes: tried.clone(), ..trainer.checkpoint() }.save(&kept))?;
-    if !settings.network.audio_embedding {
-        return report::print(
-            "no scene: the engine reads the mixture mask off audio embeddings, which the settings leave out\n",
-        );
-    }
     let provenance = provenance(&capture, trainer.settings(), &tried, args);
     let scene = match places {
         None => at_emitter(trainer.scene(provenance)?, &capture, emitter)?,
