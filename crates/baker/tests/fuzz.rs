@@ -214,9 +214,9 @@ fn camera_paths_and_objects_of_films() {
 #[test]
 fn checkpoints_and_anchors() {
     let folder = file("crates/baker/tests/checkpoint");
-    let names = ["full.pth", "sh.pth", "legacy.pth", "nested.pth", "exported.safetensors", "anchors.npz"];
-    let seeds = names.map(|name| Input::new(name, fs::read(folder.join(name)).unwrap())).to_vec();
-    let (checkpoint, anchors) = (folder.join("flat.pth"), folder.join("anchors.npz"));
+    let names = ["full", "sh", "simple_sh", "formats", "exported", "anchors"].map(|name| format!("{name}.safetensors"));
+    let seeds = names.map(|name| Input::new(&name, fs::read(folder.join(&name)).unwrap())).to_vec();
+    let (checkpoint, anchors) = (folder.join("simple_sh.safetensors"), folder.join("anchors.safetensors"));
     let options = Checkpoint {
         max_norm: Some(25.0),
         sample_rate_hz: Some(8_000.0),
@@ -227,7 +227,7 @@ fn checkpoints_and_anchors() {
     };
     Search { name: "checkpoint", cases: 3000, most_bytes: FILE_BYTES }.run(seeds, |input, path| {
         let imported = match input.name.as_str() {
-            "anchors.npz" => checkpoint::import(&checkpoint, Some(path), &options),
+            "anchors.safetensors" => checkpoint::import(&checkpoint, Some(path), &options),
             "exported.safetensors" => checkpoint::import(path, None, &Checkpoint::default()),
             _ => checkpoint::import(path, Some(&anchors), &options),
         };

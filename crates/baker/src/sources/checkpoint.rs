@@ -1,13 +1,10 @@
 //! Published AV-Cloud checkpoints: what training left behind becomes a model that can be rendered.
 //!
-//! [`import`] reads the `.pth` of the published trainer together with the anchors of its scene, which the checkpoint does not
-//! hold, or one `.safetensors` with both, as `presets/recipes/export_avcloud.py` writes it.
+//! [`import`] reads the `.safetensors` with weights and anchors that `presets/recipes/export_avcloud.py` writes of a `.pth` of the
+//! published trainer and its point file, where the training code runs: both are programs to whoever opens them.
 
 mod anchors;
 mod float;
-mod form;
-mod npz;
-mod pickle;
 mod settings;
 mod weights;
 
@@ -53,12 +50,8 @@ pub struct Imported {
     pub notes: Vec<String>,
 }
 
-/// Imports a checkpoint: a `.pth` of the published trainer, in the zip format or the one before it, its weights under
-/// `"state_dict"` or by themselves; or a `.safetensors`. The content tells which, not the name.
-///
-/// `anchors` is a `.safetensors` or `.npz` file with the positions `anchor_xyz` `(N, 3)` and the features `rgb_features`
-/// `(N, 150)`, harmonics of the colours `(c - 0.5) / 0.2821`; needed unless the checkpoint holds anchors itself. Pickles are
-/// not taken as anchors, and the pickle inside a checkpoint is parsed without being run.
+/// Imports a `.safetensors` of weights. `anchors` is one with the positions `anchor_xyz` `(N, 3)` and the features
+/// `rgb_features` `(N, 150)`, harmonics of the colours `(c - 0.5) / 0.2821`; needed unless the checkpoint holds anchors itself.
 ///
 /// # Errors
 /// Everything that has to be given and is not, at once; files that are damaged, too large or of another kind; weights and
@@ -81,7 +74,7 @@ pub fn import(checkpoint: &Path, anchors: Option<&Path>, options: &ImportOptions
     let (Some(anchors), Some(max_norm)) = (&anchors, settings.max_norm) else {
         let mut missing = Vec::new();
         if anchors.is_none() {
-            missing.push("the scene's anchors (.safetensors or .npz with 'anchor_xyz' and 'rgb_features')".to_owned());
+            missing.push("the scene's anchors (.safetensors with 'anchor_xyz' and 'rgb_features')".to_owned());
         }
         if settings.max_norm.is_none() {
             missing.push(

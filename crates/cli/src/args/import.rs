@@ -11,12 +11,12 @@ use std::path::PathBuf;
 
 #[derive(Debug, Args)]
 pub(crate) struct ImportArgs {
-    /// Checkpoint of the published trainer (.pth), or what export_avcloud.py wrote (.safetensors)
+    /// Checkpoint of the published trainer as export_avcloud.py writes it (.safetensors)
     pub(crate) checkpoint: PathBuf,
     /// Scene file to write
     #[arg(short, long, value_name = "SCENE")]
     pub(crate) output: PathBuf,
-    /// Anchor positions and features (.safetensors or .npz), which a checkpoint does not hold
+    /// Anchor positions and features (.safetensors) in place of those beside the weights
     #[arg(long, value_name = "FILE")]
     pub(crate) anchors: Option<PathBuf>,
     /// Distance that relative vectors were divided by in training
