@@ -1,7 +1,7 @@
 //! The published head over a clip.
 
 use crate::StftGrid;
-use crate::published::conv::{ClipConv, ClipPlanes, ConvWeights};
+use crate::published::conv::{CONV_DELAY, ConvLayers, Planes};
 use crate::published::error::PublishedError;
 use crate::published::frames::Frames;
 use crate::published::hann::HannFrames;
@@ -44,8 +44,6 @@ pub(crate) struct PublishedClip {
     transform: HannFrames,
     /// A clip's samples with half a frame before and after.
     padded: Vec<f32>,
-    planes: ClipPlanes,
-    conv: ClipConv,
     /// Magnitudes.
     ears: [Frames; 2],
     spectrum: Vec<Complex32>,
@@ -74,8 +72,6 @@ impl PublishedClip {
             frames,
             transform,
             padded: vec![0.0; frames * grid.hop + grid.n_fft],
-            planes: ClipPlanes::new(frames, bins),
-            conv: ClipConv::new(frames, bins, arch),
             ears: [Frames::new(frames, bins), Frames::new(frames, bins)],
             spectrum: vec![Complex32::default(); bins],
             scale: scale[grid.n_fft / 2..][..samples].iter().map(|s| 1.0 / s).collect(),
@@ -123,28 +119,33 @@ impl PublishedClip {
         Ok(())
     }
 
-    /// Renders a clip to the left and the right ear, time-aligned with what was analysed, from masks whose lengths were checked
-    /// and the time filter's output by frame. Does not allocate.
+    /// Renders a clip to the left and the right ear, time-aligned with what was analysed, from the masked magnitudes and the time
+    /// filter's output by frame, and masks whose lengths were checked. Does not allocate.
     ///
     /// # Errors
     /// An output of another length than [`PublishedClip::out_samples`].
-    pub(crate) fn render<'a>(
+    pub(crate) fn render(
         &mut self,
         source: &ClipSource,
-        masks: (&[f32], &[f32]),
-        mix: impl Fn(usize) -> &'a [f32],
-        conv: Option<&ConvWeights>,
+        [masked, mix]: [&Frames; 2],
+        (mixture, difference): (&[f32], &[f32]),
+        conv: Option<&mut ConvLayers>,
         out: [&mut [f32]; 2],
     ) -> Result<(), PublishedError> {
         self.check_out(out.each_ref().map(|o| o.len()))?;
-        self.fill_planes(source, masks, mix);
+        let mut mix_ears = |frame: usize, added: [&[f32]; 2]| {
+            for (ear, (rows, added)) in self.ears.iter_mut().zip(added).enumerate() {
+                magnitudes_of_ear(ear, masked.row(frame), difference, added, rows.row_mut(frame));
+            }
+        };
         match conv {
-            None => (0..self.frames).for_each(|t| self.mix_ears(t, masks.1, false)),
-            Some(weights) => {
-                self.conv.start(weights, masks.0, masks.1);
-                for pushed in 0..self.conv.pushes() {
-                    if let Some(frame) = self.conv.push(pushed, &self.planes) {
-                        self.mix_ears(frame, masks.1, true);
+            None => (0..self.frames).for_each(|frame| mix_ears(frame, [mix.row(frame); 2])),
+            Some(layers) => {
+                layers.reset();
+                for pushed in 0..self.frames + CONV_DELAY {
+                    let planes = |frame| Planes { mix: mix.row(frame), masked: masked.row(frame), mixture, difference };
+                    if layers.push((pushed < self.frames).then(|| planes(pushed))) {
+                        mix_ears(pushed - CONV_DELAY, [layers.ear(0), layers.ear(1)]);
                     }
                 }
             }
@@ -163,7 +164,7 @@ impl PublishedClip {
     /// Bytes in memory.
     pub(crate) fn memory_bytes(&self) -> usize {
         let [left, right] = &self.ears;
-        left.memory_bytes() + right.memory_bytes() + self.planes.memory_bytes() + self.conv.memory_bytes()
+        left.memory_bytes() + right.memory_bytes()
     }
 
     /// Whether masks fit.
@@ -176,32 +177,6 @@ impl PublishedClip {
     fn check_out(&self, [left, right]: [usize; 2]) -> Result<(), PublishedError> {
         exactly("samples of the left output", self.out_samples(), left)?;
         exactly("samples of the right output", self.out_samples(), right)
-    }
-
-    fn fill_planes<'a>(
-        &mut self,
-        source: &ClipSource,
-        (mixture, difference): (&[f32], &[f32]),
-        mix: impl Fn(usize) -> &'a [f32],
-    ) {
-        for frame in 0..self.frames {
-            self.planes.get_mut(frame, 0).copy_from_slice(mix(frame));
-            let masks = mixture.iter().zip(difference);
-            let [masked, swung] = self.planes.pair_mut(frame);
-            for (((s, w), x), (m, d)) in masked.iter_mut().zip(swung).zip(source.frame(frame)).zip(masks) {
-                *s = x * m;
-                *w = *s * d;
-            }
-        }
-    }
-
-    /// Magnitudes of both ears in one frame.
-    fn mix_ears(&mut self, frame: usize, difference: &[f32], conv: bool) {
-        let masked = self.planes.get(frame, 1);
-        for (ear, rows) in self.ears.iter_mut().enumerate() {
-            let added = if conv { self.conv.ear(ear) } else { self.planes.get(frame, 0) };
-            magnitudes_of_ear(ear, masked, difference, added, rows.row_mut(frame));
-        }
     }
 
     fn synthesise(&mut self, ear: usize, source: &ClipSource, out: &mut [f32]) {

@@ -1,14 +1,12 @@
-//! The render head's three convolution layers over frequency and time: one frame at a time, and over a clip.
+//! The render head's three convolution layers over frequency and time, one frame at a time.
 //!
 //! 4 to 16 channels 7 x 7, 16 to 16 3 x 3, 16 to 1 3 x 3, ReLU between them, zeros around a clip, the same weights for both
 //! ears. The first layer is linear and its inputs for the two ears are sums and differences of few planes, so it is computed
 //! once: the even part plus or minus the odd part.
 
-pub(crate) mod clip;
-pub(crate) mod layer;
+mod layer;
 mod weights;
 
-pub(crate) use clip::{ClipConv, ClipPlanes};
 pub(crate) use weights::{ConvLayerWeights, ConvWeights};
 
 use crate::network::CloudModel;
@@ -22,9 +20,9 @@ use pulp::{Arch, Simd, WithSimd};
 pub(crate) const CONV_DELAY: usize = 5;
 
 /// Bins and frames that the first layer reaches over.
-pub(crate) const WIDE: usize = 7;
+const WIDE: usize = 7;
 /// Bins and frames that the other layers reach over.
-pub(crate) const NARROW: usize = 3;
+const NARROW: usize = 3;
 /// Planes that both ears have alike: filtered mixture, masked magnitude, mixture mask.
 const EVEN: usize = 3;
 /// Planes that the ears have with opposite signs: masked magnitude times difference mask, difference mask.
@@ -32,12 +30,12 @@ const ODD: usize = 2;
 const PLANES: usize = EVEN + ODD;
 
 /// Channels of the published first layer.
-pub(crate) const MIX: usize = 0;
-pub(crate) const BASE: usize = 1;
-pub(crate) const MIXTURE: usize = 2;
-pub(crate) const DIFFERENCE: usize = 3;
+const MIX: usize = 0;
+const BASE: usize = 1;
+const MIXTURE: usize = 2;
+const DIFFERENCE: usize = 3;
 /// Channels between the layers.
-pub(crate) const HIDDEN: [usize; CONV_CHANNELS] = [0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15];
+const HIDDEN: [usize; CONV_CHANNELS] = [0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15];
 
 /// One frame of what the layers read, one value per bin.
 #[derive(Clone, Copy, Debug)]
@@ -76,7 +74,8 @@ impl ConvLayers {
         Some(Self::from_weights(&ConvWeights::of(model)?, bins, arch))
     }
 
-    fn from_weights(ConvWeights { layers: [first, second, third] }: &ConvWeights, bins: usize, arch: Arch) -> Self {
+    /// Those of weights, computed with the given instruction set.
+    pub(crate) fn from_weights(ConvWeights { layers: [first, second, third] }: &ConvWeights, bins: usize, arch: Arch) -> Self {
         let mut even = Layer::new(CONV_CHANNELS, EVEN, WIDE);
         even.set(first, &[MIX, BASE, MIXTURE]);
         even.set_bias(first);
@@ -157,7 +156,7 @@ impl WithSimd for Push<'_> {
         let narrow: [usize; NARROW] = slots(*frame, 2 * CONV_CHANNELS);
         let newest = narrow[NARROW - 1];
         if inside(3) {
-            let mut op = First { even, odd, constant: None, x: planes, slots: wide, out: first, slot: newest };
+            let mut op = First { even, odd, x: planes, slots: wide, out: first, slot: newest };
             for_tiles(simd, CONV_CHANNELS, bins, &mut op);
         }
         bound(first, newest, inside(3));
@@ -181,7 +180,7 @@ impl WithSimd for Push<'_> {
 /// Zeros around a hidden frame of both ears: padding is of every layer's input, so a hidden frame outside the clip is zero, not
 /// the response to zeros.
 #[inline(always)]
-pub(crate) fn bound(hidden: &mut Frames, slot: usize, inside: bool) {
+fn bound(hidden: &mut Frames, slot: usize, inside: bool) {
     for channel in slot..slot + 2 * CONV_CHANNELS {
         if inside { hidden.clear_after(channel) } else { hidden.row_mut(channel).fill(0.0) }
     }

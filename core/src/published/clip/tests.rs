@@ -1,4 +1,5 @@
 use super::*;
+use crate::published::conv::ConvWeights;
 use crate::published::conv::tests::random_weights;
 use crate::simd::tests::arches;
 use promenade_testing::noise_at;
@@ -36,11 +37,19 @@ fn clip(grid: StftGrid, frames: usize, arch: Arch) -> (PublishedClip, ClipSource
     (head, source, at)
 }
 
-fn rendered(head: &mut PublishedClip, source: &ClipSource, at: &Learnt, conv: bool) -> [Vec<f32>; 2] {
+fn rendered(head: &mut PublishedClip, source: &ClipSource, at: &Learnt, (conv, arch): (bool, Arch)) -> [Vec<f32>; 2] {
     let mut out = [vec![0.0; head.out_samples()], vec![0.0; head.out_samples()]];
     let [left, right] = &mut out;
-    let (masks, bins) = ((&at.mixture[..], &at.difference[..]), at.mixture.len());
-    head.render(source, masks, |t| &at.mix[t * bins..][..bins], conv.then_some(&at.conv), [left, right]).unwrap();
+    let (frames, bins) = (head.frames(), at.mixture.len());
+    let [mut masked, mut mix] = [Frames::new(frames, bins), Frames::new(frames, bins)];
+    for frame in 0..frames {
+        let product = source.frame(frame).iter().zip(&at.mixture).map(|(x, m)| x * m);
+        masked.row_mut(frame).iter_mut().zip(product).for_each(|(to, x)| *to = x);
+        mix.row_mut(frame).copy_from_slice(&at.mix[frame * bins..][..bins]);
+    }
+    let mut layers = ConvLayers::from_weights(&at.conv, bins, arch);
+    let masks = (&at.mixture[..], &at.difference[..]);
+    head.render(source, [&masked, &mix], masks, conv.then_some(&mut layers), [left, right]).unwrap();
     out
 }
 
@@ -118,7 +127,7 @@ fn renders_by_the_definition() {
             let (mut head, source, at) = clip(grid(n_fft, hop), frames, arch);
             for conv in [true, false] {
                 let want = naive(grid(n_fft, hop), frames, &source, &inputs(&at), conv);
-                for (a, b) in rendered(&mut head, &source, &at, conv).concat().iter().zip(want.concat()) {
+                for (a, b) in rendered(&mut head, &source, &at, (conv, arch)).concat().iter().zip(want.concat()) {
                     assert!((f64::from(*a) - b).abs() < 1e-5, "{arch:?} {n_fft}, conv {conv}: {a} for {b}");
                 }
             }
