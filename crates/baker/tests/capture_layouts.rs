@@ -1,7 +1,7 @@
 //! Importers of data sets, on small layouts that are made here: none of the sets themselves is.
 
 use promenade_baker::capture::{ImportCapture, import_rwavs};
-use promenade_baker::responses::{FolderLayout, FolderOptions, load_folder};
+use promenade_baker::responses::{FolderOptions, load_folder};
 use promenade_baker::wav::{self, Format};
 use promenade_baker::{BakeError, Capture, Split};
 use promenade_core::glam::{Quat, Vec3};
@@ -171,50 +171,18 @@ fn frames_may_have_their_own_poses() {
     assert!(import_rwavs(folder.path(), &options).unwrap_err().to_string().contains("a frame's number"));
 }
 
-fn options(layout: FolderLayout) -> FolderOptions {
+fn options() -> FolderOptions {
     FolderOptions {
-        layout,
         title: "hall".to_owned(),
         credit: String::new(),
         licence: String::new(),
         placement: PlacementOptions::default(),
         emitter: None,
-        source: None,
     }
 }
 
 fn shown<T>(result: Result<T, BakeError>) -> String {
     result.err().map_or_else(String::new, |e| e.to_string())
-}
-
-#[test]
-fn a_folder_a_response() {
-    let folder = tempfile::tempdir().unwrap();
-    for (i, (rx, tx)) in [("1 2 3", "0 0 0 1 5 6 7"), ("1, 2, 4", "5,6,7"), ("2 2 2", "8 8 8")].iter().enumerate() {
-        let at = folder.path().join(format!("data/{i:06}"));
-        sound(at.join("rir.wav"), &[&noise(i as u64 + 1, 400)]);
-        text(&at.join("rx_pos.txt"), format!("{rx}\n"));
-        text(&at.join("tx_pos.txt"), tx);
-    }
-    let set = load_folder(folder.path(), &options(FolderLayout::Raf)).unwrap();
-    assert_eq!((set.responses.len(), set.sample_rate_hz), (2, f64::from(RATE)));
-    near(set.responses[1].listener.position, Vec3::new(1.0, 2.0, 4.0));
-    near(set.responses[0].source, Vec3::new(5.0, 6.0, 7.0));
-    assert_eq!(set.responses[0].left, set.responses[0].right);
-    let notes = set.notes.join("\n");
-    assert!(notes.contains("3 responses have one channel") && notes.contains("source 0 of 2"), "{notes}");
-    // The other source, in a world with y up.
-    let y_up = PlacementOptions { up: Some(Vec3::Y), ..PlacementOptions::default() };
-    let other = FolderOptions { source: Some(1), placement: y_up, ..options(FolderLayout::Raf) };
-    let set = load_folder(folder.path(), &other).unwrap();
-    assert!((set.responses[0].source.z - 8.0).abs() < 1e-5 && set.responses[0].name == "000002");
-    let error = shown(load_folder(folder.path(), &FolderOptions { source: Some(2), ..options(FolderLayout::Raf) }));
-    assert!(error.contains("a source 2, counted from 0, found 2 sources"), "{error}");
-    text(&folder.path().join("data/000001/rx_pos.txt"), "1 2");
-    let error = shown(load_folder(folder.path(), &options(FolderLayout::Raf)));
-    assert!(error.contains("rx_pos.txt") && error.contains("found 2"), "{error}");
-    text(&folder.path().join("data/000001/rx_pos.txt"), "1 2 nowhere");
-    assert!(shown(load_folder(folder.path(), &options(FolderLayout::Raf))).contains("found nowhere"));
 }
 
 #[test]
@@ -225,31 +193,31 @@ fn rows_of_poses() {
         sound(at(&format!("r{i}.wav")), &[&noise(i + 1, 300), &noise(i + 9, 300)]);
     }
     text(&at("poses.txt"), "# x y z yaw pitch roll\n1 0 0 90 0 0\n2 0 0 0 0 0\n\n3,0,0,0,0,0\n");
-    let error = shown(load_folder(folder.path(), &options(FolderLayout::Rows)));
+    let error = shown(load_folder(folder.path(), &options()));
     assert!(error.contains("a source, in the folder or as an option, found none"), "{error}");
     text(&at("source.txt"), "0 5 0");
-    let set = load_folder(folder.path(), &options(FolderLayout::Rows)).unwrap();
+    let set = load_folder(folder.path(), &options()).unwrap();
     near(set.responses[2].listener.position, Vec3::new(3.0, 0.0, 0.0));
     near(set.responses[0].listener.orientation * Vec3::X, Vec3::Y);
     near(set.responses[0].source, Vec3::new(0.0, 5.0, 0.0));
-    let elsewhere = FolderOptions { emitter: Some(Vec3::ONE), ..options(FolderLayout::Rows) };
+    let elsewhere = FolderOptions { emitter: Some(Vec3::ONE), ..options() };
     near(load_folder(folder.path(), &elsewhere).unwrap().responses[0].source, Vec3::ONE);
     // Quaternions in JSON come before text, NumPy's before both.
     text(&at("poses.json"), "[[1,0,0,1,0,0,0],[2,0,0,0,0,0,1],[3,0,0,1,0,0,0]]");
-    let set = load_folder(folder.path(), &options(FolderLayout::Rows)).unwrap();
+    let set = load_folder(folder.path(), &options()).unwrap();
     assert!(set.responses[1].listener.orientation.angle_between(Quat::from_rotation_z(std::f32::consts::PI)) < 1e-3);
     let header = "{'descr': '<f8', 'fortran_order': False, 'shape': (3, 3), }\n";
     let values = [4.0, 0.0, 0.0, 5.0, 0.0, 0.0, 6.0, 0.0, 0.5_f64].map(f64::to_le_bytes).concat();
     let npy = [b"\x93NUMPY\x01\x00".as_slice(), &(header.len() as u16).to_le_bytes(), header.as_bytes(), &values].concat();
     std::fs::write(at("poses.npy"), &npy).unwrap();
-    let set = load_folder(folder.path(), &options(FolderLayout::Rows)).unwrap();
+    let set = load_folder(folder.path(), &options()).unwrap();
     near(set.responses[2].listener.position, Vec3::new(6.0, 0.0, 0.5));
     std::fs::write(at("poses.npy"), &npy[..npy.len() - 8]).unwrap();
-    assert!(shown(load_folder(folder.path(), &options(FolderLayout::Rows))).contains("poses.npy"));
+    assert!(shown(load_folder(folder.path(), &options())).contains("poses.npy"));
     std::fs::remove_file(at("poses.npy")).unwrap();
     text(&at("poses.json"), "[[1,0,0],[2,0,0]]");
-    let error = shown(load_folder(folder.path(), &options(FolderLayout::Rows)));
+    let error = shown(load_folder(folder.path(), &options()));
     assert!(error.contains("poses.json: expected 3 poses, one for each sound file, found 2"), "{error}");
     text(&at("poses.json"), "[[1,0,0],[2,0,0],[1,2,3,4]]");
-    assert!(shown(load_folder(folder.path(), &options(FolderLayout::Rows))).contains("pose of r2: expected 3, 6 or 7"));
+    assert!(shown(load_folder(folder.path(), &options())).contains("pose of r2: expected 3, 6 or 7"));
 }

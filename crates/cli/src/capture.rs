@@ -7,7 +7,7 @@ use crate::args::{CaptureCommand, ClipArgs, FromResponsesArgs, ImportCaptureArgs
 use crate::report;
 use anyhow::{Result, bail};
 use promenade_baker::capture::{DrySound, FromResponses, ImportCapture, from_responses, import_rwavs, mean};
-use promenade_baker::responses::{FolderLayout, FolderOptions, load_folder};
+use promenade_baker::responses::{FolderOptions, load_folder};
 use promenade_baker::{Capture, Responses, Split, sound};
 use std::path::{Path, PathBuf};
 
@@ -43,13 +43,11 @@ fn import(args: &ImportCaptureArgs) -> Result<()> {
         import_rwavs(&args.folder, &options)?
     } else {
         let options = FolderOptions {
-            layout: if args.layout == LayoutArg::Raf { FolderLayout::Raf } else { FolderLayout::Rows },
             title,
             credit: args.credit.clone(),
             licence: args.licence.clone(),
             placement: args.placement.options(),
             emitter: args.emitter,
-            source: args.source_number,
         };
         mixed(&load_folder(&args.folder, &options)?, &args.mix)?
     };
