@@ -25,8 +25,6 @@ pub struct NetworkSettings {
     pub taps: usize,
     /// Shapes that the taps are made of.
     pub tap_shapes: usize,
-    /// Whether anchors have colours.
-    pub colour: bool,
     /// Whether the emitter, where it is known, gives distance and interaural delay.
     pub emitter: bool,
     /// Whether the network is told what a simulated room gives for emitter and listener, and corrects that.
@@ -45,7 +43,6 @@ impl Default for NetworkSettings {
             highest: 4.0,
             taps: 32,
             tap_shapes: 2,
-            colour: true,
             emitter: true,
             simulated: false,
         }

@@ -65,12 +65,11 @@ impl Setup {
         let network = &settings.network;
         let centre = anchors.positions.iter().sum::<Vec3>() / anchors.positions.len().max(1) as f32;
         let farthest = anchors.positions.iter().map(|p| p.distance(centre)).fold(0.0_f32, f32::max);
-        let features = if network.colour { anchors.features.clone() } else { vec![0.0; anchors.features.len()] };
         let known = capture.emitters.iter().filter(|_| network.emitter);
         let emitters: Vec<_> = known.map(|e| CloudEmitter::with_sphere(e.position, HEAD_RADIUS_M)).collect();
         let mut cloud = Cloud {
             anchors: anchors.positions.clone(),
-            features,
+            features: anchors.features.clone(),
             max_norm: farthest.max(1e-3),
             has_emitter: emitters.len() > 1,
         };

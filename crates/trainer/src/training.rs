@@ -85,42 +85,6 @@ impl<'a> Trainer<'a> {
         device: Device,
         threads: usize,
     ) -> Result<Self, BakeError> {
-        let responses = responses(capture, &settings);
-        Self::with_responses(capture, responses, anchors, settings, device, threads)
-    }
-
-    /// Training of a network that corrects a simulated room: the settings' `simulated` is set.
-    ///
-    /// # Errors
-    /// What [`Self::new`] refuses; a clip whose emitter is not known, and what simulating meets.
-    pub fn on_simulation(
-        capture: &'a Capture,
-        anchors: &AnchorSet,
-        mut settings: TrainSettings,
-        device: Device,
-        threads: usize,
-        simulate: &Simulate<'_>,
-    ) -> Result<Self, BakeError> {
-        settings.network.simulated = true;
-        let responses = responses(capture, &settings);
-        let mut trainer = Self::with_responses(capture, responses, anchors, settings, device, threads)?;
-        let Setup { grid, bands, tail, queries, .. } = &trainer.setup;
-        let simulation = Simulation::new(grid, bands, tail, queries, trainer.settings.network.taps);
-        let clips = || capture.split(Split::Test).chain(trainer.clips.iter().flatten());
-        trainer.simulated = simulation.of_clips(capture, clips(), &trainer.responses, simulate)?;
-        trainer.simulation = Some(simulation);
-        Ok(trainer)
-    }
-
-    /// Training on a capture, with the responses of its clips.
-    pub(crate) fn with_responses(
-        capture: &'a Capture,
-        responses: Arc<ClipResponses>,
-        anchors: &AnchorSet,
-        settings: TrainSettings,
-        device: Device,
-        threads: usize,
-    ) -> Result<Self, BakeError> {
         settings.check()?;
         for split in [Split::Train, Split::Test] {
             if capture.split(split).next().is_none() {
@@ -128,6 +92,7 @@ impl<'a> Trainer<'a> {
                 return Err(BakeError::argument(what, format!("some to {}", split.name()), "none"));
             }
         }
+        let responses = responses(capture, &settings);
         let setup = Setup::new(capture, &responses, anchors, &settings);
         let weights = start(&settings, &setup);
         let known = (&setup.grid, &setup.bands, &setup.tail);
@@ -148,6 +113,28 @@ impl<'a> Trainer<'a> {
             curve: Vec::new(),
             losses: Vec::new(),
         })
+    }
+
+    /// Training of a network that corrects a simulated room: the settings' `simulated` is set.
+    ///
+    /// # Errors
+    /// What [`Self::new`] refuses; a clip whose emitter is not known, and what simulating meets.
+    pub fn on_simulation(
+        capture: &'a Capture,
+        anchors: &AnchorSet,
+        mut settings: TrainSettings,
+        device: Device,
+        threads: usize,
+        simulate: &Simulate<'_>,
+    ) -> Result<Self, BakeError> {
+        settings.network.simulated = true;
+        let mut trainer = Self::new(capture, anchors, settings, device, threads)?;
+        let Setup { grid, bands, tail, queries, .. } = &trainer.setup;
+        let simulation = Simulation::new(grid, bands, tail, queries, trainer.settings.network.taps);
+        let clips = || capture.split(Split::Test).chain(trainer.clips.iter().flatten());
+        trainer.simulated = simulation.of_clips(capture, clips(), &trainer.responses, simulate)?;
+        trainer.simulation = Some(simulation);
+        Ok(trainer)
     }
 
     /// Goes on from where a training was.
@@ -184,8 +171,6 @@ impl<'a> Trainer<'a> {
             curve: self.curve.clone(),
             losses: self.losses.clone(),
             capture: self.fingerprint,
-            anchors: 0,
-            notes: Vec::new(),
         }
     }
 
@@ -371,7 +356,7 @@ fn shifted_clips(capture: &Capture, settings: &TrainSettings) -> Vec<Vec<Clip>> 
 }
 
 /// The responses of a capture's clips and of what they are shifted to, for the head that learns from them.
-pub(crate) fn responses(capture: &Capture, settings: &TrainSettings) -> Arc<ClipResponses> {
+fn responses(capture: &Capture, settings: &TrainSettings) -> Arc<ClipResponses> {
     let (rate, grid) = (capture.sample_rate_hz, grid(capture.sample_rate_hz));
     let shifted = shifted_clips(capture, settings).into_iter().flatten();
     let clips: Vec<Clip> = capture.split(Split::Test).cloned().chain(shifted).collect();
