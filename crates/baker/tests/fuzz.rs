@@ -4,7 +4,7 @@
 //! States of the plugin and packets of Open Sound Control are searched where the plugin is tested.
 
 use promenade_acoustics::{ImageOptions, Images, Material, Measures, Mesh, RayOptions, Reflected, Room, late_field};
-use promenade_baker::checkpoint::{self, ImportOptions as Checkpoint};
+use promenade_baker::checkpoint;
 use promenade_baker::reconstruction::{Place, PointOptions};
 use promenade_baker::simulation::directivity;
 use promenade_baker::{LoadOptions, Responses, read_head, sound};
@@ -217,19 +217,11 @@ fn checkpoints_and_anchors() {
     let names = ["full", "sh", "simple_sh", "formats", "exported", "anchors"].map(|name| format!("{name}.safetensors"));
     let seeds = names.map(|name| Input::new(&name, fs::read(folder.join(&name)).unwrap())).to_vec();
     let (checkpoint, anchors) = (folder.join("simple_sh.safetensors"), folder.join("anchors.safetensors"));
-    let options = Checkpoint {
-        max_norm: Some(25.0),
-        sample_rate_hz: Some(8_000.0),
-        n_fft: Some(8),
-        hop: Some(2),
-        heads: Some(1),
-        ..Checkpoint::default()
-    };
     Search { name: "checkpoint", cases: 3000, most_bytes: FILE_BYTES }.run(seeds, |input, path| {
         let imported = match input.name.as_str() {
-            "anchors.safetensors" => checkpoint::import(&checkpoint, Some(path), &options),
-            "exported.safetensors" => checkpoint::import(path, None, &Checkpoint::default()),
-            _ => checkpoint::import(path, Some(&anchors), &options),
+            "anchors.safetensors" => checkpoint::import(&checkpoint, Some(path), None),
+            "exported.safetensors" => checkpoint::import(path, None, None),
+            _ => checkpoint::import(path, Some(&anchors), None),
         };
         imported.map(|_| ()).map_err(text)
     });

@@ -420,11 +420,9 @@ fn float_wav(samples: &[f32]) -> Vec<u8> {
     bytes
 }
 
-/// Imports it with the settings that it was made with, but for the hop.
-fn import(name: &str, scene: &str, hop: &str) {
-    let (weights, anchors) = (checkpoint(name), checkpoint("anchors.safetensors"));
-    let settings = ["--max-norm", "25", "--sample-rate", "8000", "--n-fft", "8", "--hop", hop, "--heads", "1"];
-    succeeds(&[&["import", &weights, "--anchors", &anchors, "-o", scene], &settings[..]].concat());
+/// Imports a checkpoint with its anchors.
+fn import(name: &str, scene: &str) {
+    succeeds(&["import", &checkpoint(name), "--anchors", &checkpoint("anchors.safetensors"), "-o", scene]);
 }
 
 #[test]
@@ -432,7 +430,7 @@ fn a_clouds_streams_are_compared_with_its_clips() {
     let place = Place::new();
     // Clips of 2 hops: too short to leave anything between their edges, so that only latency and cost remain.
     let short = place.text("short.promenade");
-    import("sh.safetensors", &short, "4");
+    import("sh.safetensors", &short);
     let (table, _) = succeeds(&["measure", &short, "--poses", "2"]);
     assert!(table.starts_with("stream ") && table.contains("high"), "{table}");
     assert!(table.contains("note: nothing to compare with: clips have 8 samples"), "{table}");
@@ -473,7 +471,7 @@ fn a_clouds_streams_are_compared_with_its_clips() {
 fn a_checkpoint_becomes_a_scene_that_every_tier_renders() {
     let place = Place::new();
     let imported = place.text("imported.promenade");
-    import("simple_sh.safetensors", &imported, "2");
+    import("simple_sh.safetensors", &imported);
     let (text, _) = succeeds(&["inspect", &imported]);
     assert!(text.contains("simple-sh, 4 anchors") && text.contains("high"), "{text}");
 
@@ -509,7 +507,7 @@ fn a_checkpoint_becomes_a_scene_that_every_tier_renders() {
         (vec!["render", &baked, &dry, &twice, "--tier", "clip", "--low-cut", "80"], "knows no parts"),
         (vec!["bake", "field", &room, "-o", &baked], "anchor cloud"),
         (vec!["import", &dry, "-o", &imported], "dry.wav"),
-        (vec!["import", &checkpoint("simple_sh.safetensors"), "-o", &imported], "max_norm"),
+        (vec!["import", &checkpoint("simple_sh.safetensors"), "-o", &imported], "the scene's anchors"),
     ]);
 }
 

@@ -60,8 +60,8 @@ def packed(dtype, numbers):
     return struct.pack(f"<{len(numbers)}{ {'F64': 'd', 'F32': 'f', 'F16': 'e'}[dtype]}", *numbers)
 
 
-def save(name, arrays, dtypes=("F32",)):
-    header, data = {}, b""
+def save(name, arrays, metadata, dtypes=("F32",)):
+    header, data = {"__metadata__": metadata} if metadata else {}, b""
     for i, (array, shape) in enumerate(arrays.items()):
         dtype = dtypes[i % len(dtypes)]
         one = packed(dtype, values(array, shape))
@@ -94,11 +94,15 @@ def exported():
 
 
 def main():
-    for kind in ("simple_sh", "sh", "full"):
-        save(f"{kind}.safetensors", shapes(kind))
+    metadata = {"convention": "published", "max_norm": "25.0", "sample_rate": "8000.0", "n_fft": "8", "hop": "2", "heads": "1"}
+    simple = metadata | {"kind": "simple-sh"}
+    save("simple_sh.safetensors", shapes("simple_sh"), simple)
+    # Its clips are long enough to be reflected at their ends.
+    save("sh.safetensors", shapes("sh"), metadata | {"kind": "sh", "hop": "4"})
+    save("full.safetensors", shapes("full"), metadata | {"kind": "full"})
     # The second array is of frequencies, which 16 bits do not hold.
-    save("formats.safetensors", shapes("simple_sh"), ("F64", "F32", "BF16", "F16"))
-    save("anchors.safetensors", {"anchor_xyz": (N, 3), "rgb_features": (N, K)})
+    save("formats.safetensors", shapes("simple_sh"), simple, ("F64", "F32", "BF16", "F16"))
+    save("anchors.safetensors", {"anchor_xyz": (N, 3), "rgb_features": (N, K)}, None)
     if sys.argv[1:] == ["--exported"]:
         exported()
 

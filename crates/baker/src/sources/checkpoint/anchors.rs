@@ -84,7 +84,7 @@ impl Anchors {
 }
 
 /// Names for an error message, the first of many.
-pub(super) fn few(names: &[String]) -> String {
+fn few(names: &[String]) -> String {
     const SHOWN: usize = 8;
     let mut text: String = names.iter().take(SHOWN).map(|n| format!("'{n}'")).collect::<Vec<_>>().join(", ");
     if names.len() > SHOWN {
