@@ -6,11 +6,9 @@
 
 use cpu_time::ThreadTime;
 use promenade_core::glam::{Mat3, Vec3};
-use promenade_core::gradient::PublishedAdjoint;
 use promenade_core::network::{CloudKind, Listener, Masks, Network};
 use promenade_core::published::{
-    ClipRenderer, ConvMode, ConvWeights, FrameMasks, Projection, PublishedClip, PublishedInput, PublishedOptions,
-    PublishedStream, TapProjector,
+    ClipRenderer, ConvMode, FrameMasks, Projection, PublishedOptions, PublishedStream, TapProjector,
 };
 use promenade_core::{AnchorCloud, Bands, LiveParams, Pose, Quality, Renderer, Scene, SceneParts, StftGrid, TailModel, Tier};
 use promenade_testing::clouds::{PUBLISHED, Sizes, model};
@@ -60,7 +58,6 @@ fn main() {
     for (name, kind, sizes) in kinds {
         clip(name, kind, sizes, &input);
     }
-    training(&input);
     at_hosts();
 }
 
@@ -86,37 +83,6 @@ fn at_hosts() {
         });
         let latency_ms = 1e3 * renderer.latency_samples() as f64 / f64::from(rate);
         println!("| {rate} Hz | {latency_ms:.1} | {cost:.1} |");
-    }
-}
-
-/// A step of training the head on a clip: its sound, and the derivatives by all that it was rendered with.
-fn training(input: &[f32]) {
-    println!("| training, clip of 1 s | instructions | render | derivatives | both |");
-    println!("|---|---|---|---|---|");
-    let weights = ConvWeights::of(&model(CloudKind::SimpleSh, PUBLISHED)).unwrap();
-    for (name, conv) in [("with convolution", Some(&weights)), ("without", None)] {
-        for (instructions, arch) in arches() {
-            let mut head = PublishedClip::with_arch(GRID, PUBLISHED.frames, arch).unwrap();
-            let mut source = head.source();
-            head.analyse(input, &mut source).unwrap();
-            let (bins, samples) = (GRID.bins(), head.out_samples());
-            let (mixture, difference, mix) = (noise(2, bins), noise(3, bins), noise(4, bins * head.frames()));
-            let input = PublishedInput { mixture: &mixture, difference: &difference, mix: &mix, conv };
-            let mut out = [vec![0.0; samples], vec![0.0; samples]];
-            let render = median_ms(41, || {
-                let [left, right] = &mut out;
-                head.render(&source, input, [left, right]).unwrap();
-                black_box(&out);
-            });
-            let by_samples = [noise(5, samples), noise(6, samples)];
-            let mut backward = PublishedAdjoint::with_arch(&head, arch);
-            let mut by = backward.gradient();
-            let adjoint = median_ms(41, || {
-                backward.add(&mut head, &source, input, [&by_samples[0], &by_samples[1]], &mut by).unwrap();
-                black_box(&by);
-            });
-            println!("| {name} | {instructions} | {render:.2} | {adjoint:.2} | {:.2} |", render + adjoint);
-        }
     }
 }
 

@@ -12,8 +12,6 @@ pub(crate) mod stream;
 pub(crate) mod tier;
 pub(crate) mod time_filter;
 
-pub use clip::{ClipSource, PublishedClip, PublishedInput};
-pub use conv::{ConvLayerWeights, ConvWeights};
 pub use error::PublishedError;
 pub use renderer::ClipRenderer;
 pub use stream::{ConvMode, FrameMasks, PublishedOptions, PublishedStream};

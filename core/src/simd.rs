@@ -16,25 +16,4 @@ pub(crate) const LANES: usize = 16;
 pub(crate) const LANE: [f32; LANES] = [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0, 10.0, 11.0, 12.0, 13.0, 14.0, 15.0];
 
 #[cfg(test)]
-pub(crate) mod tests {
-    use pulp::Arch;
-
-    /// Every instruction set that the running machine has.
-    pub(crate) fn arches() -> Vec<Arch> {
-        let mut all = vec![Arch::Scalar];
-        #[cfg(target_arch = "x86_64")]
-        {
-            match pulp::x86::V3::try_new() {
-                Some(v3) => all.push(Arch::V3(v3)),
-                None => println!("no AVX2 here: not tested"),
-            }
-            match pulp::x86::V4::try_new() {
-                Some(v4) => all.push(Arch::V4(v4)),
-                None => println!("no AVX-512 here: not tested"),
-            }
-        }
-        #[cfg(not(target_arch = "x86_64"))]
-        all.push(Arch::new());
-        all
-    }
-}
+pub(crate) mod tests;

@@ -258,11 +258,10 @@ fn uses_of(files: &BTreeMap<Names, Source>) -> BTreeMap<Names, BTreeSet<Names>> 
 
 /// Files that use files of their own folder which use them: each is one subject with these, and shares types with them that
 /// would need a file of their own. A file that is not among them may hand its folder's items on, and nothing else.
-const WITH_THEIR_FOLDERS: [(&str, &str); 28] = [
+const WITH_THEIR_FOLDERS: [(&str, &str); 26] = [
     ("baker", "bake::field"),
     ("baker", "judge::evaluate"),
     ("baker", "sources::capture"),
-    ("baker", "sources::checkpoint"),
     ("baker", "sources::reconstruction"),
     ("baker", "sources::responses"),
     ("baker", "sources::simulation"),
@@ -285,7 +284,6 @@ const WITH_THEIR_FOLDERS: [(&str, &str); 28] = [
     ("plugin", "listener"),
     ("plugin", "osc"),
     ("plugin", "playing::loader"),
-    ("trainer", "head"),
     ("trainer", "refinement"),
 ];
 

@@ -1,7 +1,7 @@
 //! The published head over a clip.
 
 use crate::StftGrid;
-use crate::published::conv::{ClipConv, ClipPlanes, ConvWeights};
+use crate::published::conv::{CONV_DELAY, ConvLayers, Planes};
 use crate::published::error::PublishedError;
 use crate::published::frames::Frames;
 use crate::published::hann::HannFrames;
@@ -12,19 +12,13 @@ use std::ops::RangeInclusive;
 
 /// Spectra of a clip's dry sound.
 #[derive(Clone, Debug, PartialEq)]
-pub struct ClipSource {
+pub(crate) struct ClipSource {
     bins: usize,
     spectra: Vec<Complex32>,
     magnitudes: Vec<f32>,
 }
 
 impl ClipSource {
-    /// Magnitudes, `[frame][bin]`.
-    #[must_use]
-    pub fn magnitudes(&self) -> &[f32] {
-        &self.magnitudes
-    }
-
     /// Magnitudes of one frame.
     pub(crate) fn frame(&self, frame: usize) -> &[f32] {
         &self.magnitudes[frame * self.bins..][..self.bins]
@@ -39,53 +33,30 @@ impl ClipSource {
     }
 }
 
-/// What a clip is rendered with.
-#[derive(Clone, Copy, Debug)]
-pub struct PublishedInput<'a> {
-    /// Mixture mask, one value per bin, linear gain.
-    pub mixture: &'a [f32],
-    /// Difference mask in (-1, 1), one value per bin; positive = right louder.
-    pub difference: &'a [f32],
-    /// Output of the time filter, magnitudes, `[frame][bin]`.
-    pub mix: &'a [f32],
-    /// The convolution layers; without them `mix` is added to the masked magnitudes itself.
-    pub conv: Option<&'a ConvWeights>,
-}
-
 /// Renders clips from masks and the time filter's output, as the published code does.
 ///
 /// The magnitudes of each ear are `ReLU(added + (1 + sign difference) mixture |X|)`, sign -1 left and 1 right, where `added` is
 /// the time filter's output or what the convolution layers make of it; they take the source's phase. One serves any number of
 /// clips, one at a time: a thread has its own.
-pub struct PublishedClip {
-    pub(crate) grid: StftGrid,
+pub(crate) struct PublishedClip {
+    grid: StftGrid,
     frames: usize,
-    pub(crate) transform: HannFrames,
+    transform: HannFrames,
     /// A clip's samples with half a frame before and after.
-    pub(crate) padded: Vec<f32>,
-    pub(crate) planes: ClipPlanes,
-    pub(crate) conv: ClipConv,
+    padded: Vec<f32>,
     /// Magnitudes.
-    pub(crate) ears: [Frames; 2],
-    pub(crate) spectrum: Vec<Complex32>,
+    ears: [Frames; 2],
+    spectrum: Vec<Complex32>,
     /// One over the sum of squared windows at each sample of the output.
-    pub(crate) scale: Vec<f32>,
+    scale: Vec<f32>,
 }
 
 impl PublishedClip {
-    /// For clips of so many frames on this grid.
+    /// For clips of so many frames on this grid, computed with the given instruction set.
     ///
     /// # Errors
     /// The grid is not usable, or a clip is too short to be reflected at its ends.
-    pub fn new(grid: StftGrid, frames: usize) -> Result<Self, PublishedError> {
-        Self::with_arch(grid, frames, Arch::new())
-    }
-
-    /// A clip renderer that computes with the given instruction set.
-    ///
-    /// # Errors
-    /// The grid has no transform ([`PublishedError`]).
-    pub fn with_arch(grid: StftGrid, frames: usize, arch: Arch) -> Result<Self, PublishedError> {
+    pub(crate) fn new(grid: StftGrid, frames: usize, arch: Arch) -> Result<Self, PublishedError> {
         let transform = HannFrames::new(&grid, arch)?;
         let bins = grid.bins();
         let samples = frames.saturating_sub(1) * grid.hop;
@@ -101,8 +72,6 @@ impl PublishedClip {
             frames,
             transform,
             padded: vec![0.0; frames * grid.hop + grid.n_fft],
-            planes: ClipPlanes::new(frames, bins),
-            conv: ClipConv::new(frames, bins, arch),
             ears: [Frames::new(frames, bins), Frames::new(frames, bins)],
             spectrum: vec![Complex32::default(); bins],
             scale: scale[grid.n_fft / 2..][..samples].iter().map(|s| 1.0 / s).collect(),
@@ -110,26 +79,22 @@ impl PublishedClip {
     }
 
     /// Frames of a clip.
-    #[must_use]
-    pub fn frames(&self) -> usize {
+    pub(crate) fn frames(&self) -> usize {
         self.frames
     }
 
     /// Lengths of clips that have this number of frames, samples.
-    #[must_use]
-    pub fn clip_samples(&self) -> RangeInclusive<usize> {
+    pub(crate) fn clip_samples(&self) -> RangeInclusive<usize> {
         (self.frames - 1) * self.grid.hop..=self.frames * self.grid.hop - 1
     }
 
     /// Length of a rendered clip, samples: the shortest of [`PublishedClip::clip_samples`].
-    #[must_use]
-    pub fn out_samples(&self) -> usize {
+    pub(crate) fn out_samples(&self) -> usize {
         self.scale.len()
     }
 
     /// Room for a clip's sound.
-    #[must_use]
-    pub fn source(&self) -> ClipSource {
+    pub(crate) fn source(&self) -> ClipSource {
         let (bins, values) = (self.grid.bins(), self.frames * self.grid.bins());
         ClipSource { bins, spectra: vec![Complex32::default(); values], magnitudes: vec![0.0; values] }
     }
@@ -137,10 +102,9 @@ impl PublishedClip {
     /// Transforms a clip: frames are centred, the signal is reflected at its ends. Does not allocate.
     ///
     /// # Errors
-    /// The length is not in [`PublishedClip::clip_samples`], or the source is another head's.
-    pub fn analyse(&mut self, mono: &[f32], source: &mut ClipSource) -> Result<(), PublishedError> {
+    /// The length is not in [`PublishedClip::clip_samples`].
+    pub(crate) fn analyse(&mut self, mono: &[f32], source: &mut ClipSource) -> Result<(), PublishedError> {
         length("input samples", self.clip_samples(), mono.len())?;
-        self.check_source(source)?;
         let (n, hop, bins) = (self.grid.n_fft, self.grid.hop, self.grid.bins());
         let (before, rest) = self.padded.split_at_mut(n / 2);
         let (middle, after) = rest.split_at_mut(mono.len());
@@ -155,39 +119,33 @@ impl PublishedClip {
         Ok(())
     }
 
-    /// Renders a clip to the left and the right ear, time-aligned with what was analysed. Does not allocate.
+    /// Renders a clip to the left and the right ear, time-aligned with what was analysed, from the masked magnitudes and the time
+    /// filter's output by frame, and masks whose lengths were checked. Does not allocate.
     ///
     /// # Errors
-    /// Something is of another length than this head's; an output's should be [`PublishedClip::out_samples`].
-    pub fn render(
+    /// An output of another length than [`PublishedClip::out_samples`].
+    pub(crate) fn render(
         &mut self,
         source: &ClipSource,
-        input: PublishedInput<'_>,
-        out: [&mut [f32]; 2],
-    ) -> Result<(), PublishedError> {
-        self.check(source, &input)?;
-        let bins = self.grid.bins();
-        self.render_frames(source, (input.mixture, input.difference), |t| &input.mix[t * bins..][..bins], input.conv, out)
-    }
-
-    /// Renders masks and weights whose lengths were checked; returns the time filter's output by frame.
-    pub(crate) fn render_frames<'a>(
-        &mut self,
-        source: &ClipSource,
-        masks: (&[f32], &[f32]),
-        mix: impl Fn(usize) -> &'a [f32],
-        conv: Option<&ConvWeights>,
+        [masked, mix]: [&Frames; 2],
+        (mixture, difference): (&[f32], &[f32]),
+        conv: Option<&mut ConvLayers>,
         out: [&mut [f32]; 2],
     ) -> Result<(), PublishedError> {
         self.check_out(out.each_ref().map(|o| o.len()))?;
-        self.fill_planes(source, masks, mix);
+        let mut mix_ears = |frame: usize, added: [&[f32]; 2]| {
+            for (ear, (rows, added)) in self.ears.iter_mut().zip(added).enumerate() {
+                magnitudes_of_ear(ear, masked.row(frame), difference, added, rows.row_mut(frame));
+            }
+        };
         match conv {
-            None => (0..self.frames).for_each(|t| self.mix_ears(t, masks.1, false)),
-            Some(weights) => {
-                self.conv.start(weights, masks.0, masks.1);
-                for pushed in 0..self.conv.pushes() {
-                    if let Some(frame) = self.conv.push(pushed, &self.planes) {
-                        self.mix_ears(frame, masks.1, true);
+            None => (0..self.frames).for_each(|frame| mix_ears(frame, [mix.row(frame); 2])),
+            Some(layers) => {
+                layers.reset();
+                for pushed in 0..self.frames + CONV_DELAY {
+                    let planes = |frame| Planes { mix: mix.row(frame), masked: masked.row(frame), mixture, difference };
+                    if layers.push((pushed < self.frames).then(|| planes(pushed))) {
+                        mix_ears(pushed - CONV_DELAY, [layers.ear(0), layers.ear(1)]);
                     }
                 }
             }
@@ -199,15 +157,14 @@ impl PublishedClip {
     }
 
     /// Magnitudes of an ear, left 0 or right 1, of the last clip, frame by frame, one value per bin.
-    pub fn magnitudes(&self, ear: usize) -> impl Iterator<Item = &[f32]> {
+    pub(crate) fn magnitudes(&self, ear: usize) -> impl Iterator<Item = &[f32]> {
         self.ears[ear.min(1)].iter()
     }
 
     /// Bytes in memory.
-    #[must_use]
-    pub fn memory_bytes(&self) -> usize {
+    pub(crate) fn memory_bytes(&self) -> usize {
         let [left, right] = &self.ears;
-        left.memory_bytes() + right.memory_bytes() + self.planes.memory_bytes() + self.conv.memory_bytes()
+        left.memory_bytes() + right.memory_bytes()
     }
 
     /// Whether masks fit.
@@ -217,48 +174,9 @@ impl PublishedClip {
         exactly("values of the difference mask", bins, difference.len())
     }
 
-    pub(crate) fn check(&self, source: &ClipSource, input: &PublishedInput<'_>) -> Result<(), PublishedError> {
-        self.check_source(source)?;
-        self.check_masks(input.mixture, input.difference)?;
-        exactly("values of the time filter's output", self.frames * self.grid.bins(), input.mix.len())?;
-        let mut tensors = input.conv.map(ConvWeights::lengths).into_iter().flatten();
-        tensors.try_for_each(|(what, expected, found)| exactly(what, expected, found))
-    }
-
-    fn check_source(&self, source: &ClipSource) -> Result<(), PublishedError> {
-        exactly("bins of the source", self.grid.bins(), source.bins)?;
-        exactly("values of the source", self.frames * self.grid.bins(), source.magnitudes.len())
-    }
-
-    pub(crate) fn check_out(&self, [left, right]: [usize; 2]) -> Result<(), PublishedError> {
+    fn check_out(&self, [left, right]: [usize; 2]) -> Result<(), PublishedError> {
         exactly("samples of the left output", self.out_samples(), left)?;
         exactly("samples of the right output", self.out_samples(), right)
-    }
-
-    pub(crate) fn fill_planes<'a>(
-        &mut self,
-        source: &ClipSource,
-        (mixture, difference): (&[f32], &[f32]),
-        mix: impl Fn(usize) -> &'a [f32],
-    ) {
-        for frame in 0..self.frames {
-            self.planes.get_mut(frame, 0).copy_from_slice(mix(frame));
-            let masks = mixture.iter().zip(difference);
-            let [masked, swung] = self.planes.pair_mut(frame);
-            for (((s, w), x), (m, d)) in masked.iter_mut().zip(swung).zip(source.frame(frame)).zip(masks) {
-                *s = x * m;
-                *w = *s * d;
-            }
-        }
-    }
-
-    /// Magnitudes of both ears in one frame.
-    pub(crate) fn mix_ears(&mut self, frame: usize, difference: &[f32], conv: bool) {
-        let masked = self.planes.get(frame, 1);
-        for (ear, rows) in self.ears.iter_mut().enumerate() {
-            let added = if conv { self.conv.ear(ear) } else { self.planes.get(frame, 0) };
-            magnitudes_of_ear(ear, masked, difference, added, rows.row_mut(frame));
-        }
     }
 
     fn synthesise(&mut self, ear: usize, source: &ClipSource, out: &mut [f32]) {
@@ -279,9 +197,9 @@ fn length(what: &'static str, expected: RangeInclusive<usize>, found: usize) -> 
     if expected.contains(&found) { Ok(()) } else { Err(PublishedError::Length { what, expected, found }) }
 }
 
-pub(crate) fn exactly(what: &'static str, expected: usize, found: usize) -> Result<(), PublishedError> {
+fn exactly(what: &'static str, expected: usize, found: usize) -> Result<(), PublishedError> {
     length(what, expected..=expected, found)
 }
 
 #[cfg(test)]
-pub(crate) mod tests;
+mod tests;

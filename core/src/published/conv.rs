@@ -1,15 +1,13 @@
-//! The render head's three convolution layers over frequency and time: one frame at a time, and over a clip.
+//! The render head's three convolution layers over frequency and time, one frame at a time.
 //!
 //! 4 to 16 channels 7 x 7, 16 to 16 3 x 3, 16 to 1 3 x 3, ReLU between them, zeros around a clip, the same weights for both
 //! ears. The first layer is linear and its inputs for the two ears are sums and differences of few planes, so it is computed
 //! once: the even part plus or minus the odd part.
 
-pub(crate) mod clip;
-pub(crate) mod layer;
+mod layer;
 mod weights;
 
-pub(crate) use clip::{ClipConv, ClipPlanes};
-pub use weights::{ConvLayerWeights, ConvWeights};
+pub(crate) use weights::{ConvLayerWeights, ConvWeights};
 
 use crate::network::CloudModel;
 use crate::network::shapes::CONV_CHANNELS;
@@ -22,9 +20,9 @@ use pulp::{Arch, Simd, WithSimd};
 pub(crate) const CONV_DELAY: usize = 5;
 
 /// Bins and frames that the first layer reaches over.
-pub(crate) const WIDE: usize = 7;
+const WIDE: usize = 7;
 /// Bins and frames that the other layers reach over.
-pub(crate) const NARROW: usize = 3;
+const NARROW: usize = 3;
 /// Planes that both ears have alike: filtered mixture, masked magnitude, mixture mask.
 const EVEN: usize = 3;
 /// Planes that the ears have with opposite signs: masked magnitude times difference mask, difference mask.
@@ -32,12 +30,12 @@ const ODD: usize = 2;
 const PLANES: usize = EVEN + ODD;
 
 /// Channels of the published first layer.
-pub(crate) const MIX: usize = 0;
-pub(crate) const BASE: usize = 1;
-pub(crate) const MIXTURE: usize = 2;
-pub(crate) const DIFFERENCE: usize = 3;
+const MIX: usize = 0;
+const BASE: usize = 1;
+const MIXTURE: usize = 2;
+const DIFFERENCE: usize = 3;
 /// Channels between the layers.
-pub(crate) const HIDDEN: [usize; CONV_CHANNELS] = [0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15];
+const HIDDEN: [usize; CONV_CHANNELS] = [0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15];
 
 /// One frame of what the layers read, one value per bin.
 #[derive(Clone, Copy, Debug)]
@@ -76,7 +74,8 @@ impl ConvLayers {
         Some(Self::from_weights(&ConvWeights::of(model)?, bins, arch))
     }
 
-    fn from_weights(ConvWeights { layers: [first, second, third] }: &ConvWeights, bins: usize, arch: Arch) -> Self {
+    /// Those of weights, computed with the given instruction set.
+    pub(crate) fn from_weights(ConvWeights { layers: [first, second, third] }: &ConvWeights, bins: usize, arch: Arch) -> Self {
         let mut even = Layer::new(CONV_CHANNELS, EVEN, WIDE);
         even.set(first, &[MIX, BASE, MIXTURE]);
         even.set_bias(first);
@@ -157,7 +156,7 @@ impl WithSimd for Push<'_> {
         let narrow: [usize; NARROW] = slots(*frame, 2 * CONV_CHANNELS);
         let newest = narrow[NARROW - 1];
         if inside(3) {
-            let mut op = First { even, odd, constant: None, x: planes, slots: wide, out: first, slot: newest };
+            let mut op = First { even, odd, x: planes, slots: wide, out: first, slot: newest };
             for_tiles(simd, CONV_CHANNELS, bins, &mut op);
         }
         bound(first, newest, inside(3));
@@ -181,7 +180,7 @@ impl WithSimd for Push<'_> {
 /// Zeros around a hidden frame of both ears: padding is of every layer's input, so a hidden frame outside the clip is zero, not
 /// the response to zeros.
 #[inline(always)]
-pub(crate) fn bound(hidden: &mut Frames, slot: usize, inside: bool) {
+fn bound(hidden: &mut Frames, slot: usize, inside: bool) {
     for channel in slot..slot + 2 * CONV_CHANNELS {
         if inside { hidden.clear_after(channel) } else { hidden.row_mut(channel).fill(0.0) }
     }
@@ -193,88 +192,4 @@ fn slots<const N: usize>(frame: usize, rows: usize) -> [usize; N] {
 }
 
 #[cfg(test)]
-pub(crate) mod tests {
-    use super::*;
-    use crate::simd::tests::arches;
-    use promenade_testing::noise_at;
-
-    /// A channel by time and bin.
-    type Image = Vec<Vec<f32>>;
-
-    /// Weights that look random and let what they are given through.
-    pub(crate) fn random_weights() -> ConvWeights {
-        let mut weights = ConvWeights::zeros();
-        for (layer, scale, seed) in weights.layers.iter_mut().zip([0.07, 0.1, 0.1]).zip([1, 3, 5]).map(|((l, a), b)| (l, a, b))
-        {
-            layer.weight.iter_mut().enumerate().for_each(|(i, w)| *w = scale * noise_at(seed, i));
-            layer.bias.iter_mut().enumerate().for_each(|(i, w)| *w = 0.2 * noise_at(seed + 1, i));
-        }
-        weights
-    }
-
-    fn naive(x: &[Image], ConvLayerWeights { weight, bias }: &ConvLayerWeights, size: usize, relu: bool) -> Vec<Image> {
-        let (frames, bins) = (x[0].len(), x[0][0].len());
-        let half = size / 2;
-        let at = |c: usize, t: usize, f: usize| {
-            let inside = (half..frames + half).contains(&t) && (half..bins + half).contains(&f);
-            if inside { x[c][t - half][f - half] } else { 0.0 }
-        };
-        let sum = |o: usize, t: usize, f: usize| {
-            let mut sum = f64::from(bias[o]);
-            for c in 0..x.len() {
-                for kf in 0..size {
-                    for kt in 0..size {
-                        let w = weight[((o * x.len() + c) * size + kf) * size + kt];
-                        sum += f64::from(w) * f64::from(at(c, t + kt, f + kf));
-                    }
-                }
-            }
-            if relu { sum.max(0.0) as f32 } else { sum as f32 }
-        };
-        (0..bias.len()).map(|o| (0..frames).map(|t| (0..bins).map(|f| sum(o, t, f)).collect()).collect()).collect()
-    }
-
-    #[test]
-    fn frame_by_frame_equals_the_three_layers_over_a_whole_clip() {
-        let weights = random_weights();
-        for (bins, frames) in [(53, 13), (8, 1), (33, 4), (257, 2)] {
-            let plane =
-                |seed| -> Image { (0..frames).map(|t| (0..bins).map(|f| noise_at(seed, t * bins + f)).collect()).collect() };
-            let planes = [plane(11), plane(12), plane(13), plane(14)];
-            let [mix, masked, mixture, difference] = &planes;
-            let wanted = [-1.0, 1.0].map(|sign| {
-                let map = |f: &dyn Fn(usize, usize) -> f32| -> Image {
-                    (0..frames).map(|t| (0..bins).map(|b| f(t, b)).collect()).collect()
-                };
-                let base = map(&|t, f| (1.0 + sign * difference[t][f]) * masked[t][f]);
-                let signed = map(&|t, f| sign * difference[t][f]);
-                let x = [mix.clone(), base, mixture.clone(), signed];
-                let hidden = naive(&x, &weights.layers[0], 7, true);
-                let hidden = naive(&hidden, &weights.layers[1], 3, true);
-                naive(&hidden, &weights.layers[2], 3, false).remove(0)
-            });
-            for arch in arches() {
-                let mut layers = ConvLayers::from_weights(&weights, bins, arch);
-                // A second clip after the first finds nothing of it.
-                for clip in 0..2 {
-                    for p in 0..frames + CONV_DELAY {
-                        let at = |i: usize| &planes[i][p][..];
-                        let inside = layers.push((p < frames).then(|| Planes {
-                            mix: at(0),
-                            masked: at(1),
-                            mixture: at(2),
-                            difference: at(3),
-                        }));
-                        assert_eq!(inside, p >= CONV_DELAY);
-                        for ear in (0..2).filter(|_| inside) {
-                            for (a, b) in layers.ear(ear).iter().zip(&wanted[ear][p - CONV_DELAY]) {
-                                assert!((a - b).abs() < 1e-5, "{arch:?}, clip {clip}, frame {p}: {a} for {b}");
-                            }
-                        }
-                    }
-                    layers.reset();
-                }
-            }
-        }
-    }
-}
+pub(crate) mod tests;

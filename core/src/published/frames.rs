@@ -50,15 +50,6 @@ impl Frames {
         &mut self.values[row * self.stride..][..self.stride]
     }
 
-    /// Two rows, the first of which comes before or after the second.
-    #[inline(always)]
-    pub(crate) fn pair_mut(&mut self, a: usize, b: usize) -> [&mut [f32]; 2] {
-        let (stride, len) = (self.stride, self.len);
-        let (low, high) = self.values.split_at_mut(a.max(b) * stride);
-        let (low, high) = (&mut low[a.min(b) * stride + MARGIN..][..len], &mut high[MARGIN..][..len]);
-        if a < b { [low, high] } else { [high, low] }
-    }
-
     /// A row moved up by some positions, at most [`MARGIN`]: zeros come in from below.
     pub(crate) fn shifted(&self, row: usize, positions: usize) -> &[f32] {
         &self.padded(row)[MARGIN - positions..][..self.len]

@@ -4,7 +4,7 @@ use crate::StftGrid;
 use crate::network::{CloudKind, CloudModel, CloudSizes, Listener, Masks};
 use crate::number::whole;
 use crate::published::clip::{ClipSource, PublishedClip};
-use crate::published::conv::ConvWeights;
+use crate::published::conv::ConvLayers;
 use crate::published::error::PublishedError;
 use crate::published::frames::Frames;
 use crate::published::time_filter::TimeFilter;
@@ -20,7 +20,7 @@ pub struct ClipRenderer {
     sizes: CloudSizes,
     grid: StftGrid,
     filter: Option<TimeFilter>,
-    conv: Option<ConvWeights>,
+    conv: Option<ConvLayers>,
     head: PublishedClip,
     source: ClipSource,
     /// `[frame][bin]`, as the time filter's output is.
@@ -50,12 +50,12 @@ impl ClipRenderer {
             return Err(PublishedError::Bands { bands: sizes.bands, bins });
         }
         let frames = if sizes.frames > 0 { sizes.frames } else { second(&grid) / grid.hop.max(1) + 1 };
-        let head = PublishedClip::with_arch(grid, frames, arch)?;
+        let head = PublishedClip::new(grid, frames, arch)?;
         Ok(Self {
             sizes,
             grid,
             filter: TimeFilter::new(model, arch),
-            conv: ConvWeights::of(model),
+            conv: ConvLayers::new(model, bins, arch),
             source: head.source(),
             head,
             masked: Frames::new(frames, bins),
@@ -97,18 +97,16 @@ impl ClipRenderer {
     ) -> Result<(), PublishedError> {
         self.head.check_masks(&masks.mixture, &masks.difference)?;
         self.head.analyse(mono, &mut self.source)?;
+        for frame in 0..self.head.frames() {
+            let masked = self.masked.row_mut(frame).iter_mut().zip(self.source.frame(frame));
+            masked.zip(&masks.mixture).for_each(|((s, x), m)| *s = x * m);
+        }
         match &mut self.filter {
-            Some(filter) => {
-                for frame in 0..self.head.frames() {
-                    let masked = self.masked.row_mut(frame).iter_mut().zip(self.source.frame(frame));
-                    masked.zip(&masks.mixture).for_each(|((s, x), m)| *s = x * m);
-                }
-                filter.apply(listener, masks, &self.masked, &mut self.mix);
-            }
+            Some(filter) => filter.apply(listener, masks, &self.masked, &mut self.mix),
             None => self.mix.clear(),
         }
         let masks = (&masks.mixture[..], &masks.difference[..]);
-        self.head.render_frames(&self.source, masks, |t| self.mix.row(t), self.conv.as_ref(), out)
+        self.head.render(&self.source, [&self.masked, &self.mix], masks, self.conv.as_mut(), out)
     }
 
     /// Renders a signal of any length as clips that overlap by a twentieth, each faded linearly into the next (Chen and
@@ -162,7 +160,8 @@ impl ClipRenderer {
     pub fn memory_bytes(&self) -> usize {
         let filter = self.filter.as_ref().map_or(0, TimeFilter::memory_bytes);
         let rows = self.masked.memory_bytes() + self.mix.memory_bytes();
-        rows + filter + self.source.memory_bytes() + self.head.memory_bytes()
+        let conv = self.conv.as_ref().map_or(0, ConvLayers::memory_bytes);
+        rows + filter + conv + self.source.memory_bytes() + self.head.memory_bytes()
     }
 }
 

@@ -168,38 +168,6 @@ fn rooms_of_raven_are_turned_upright_and_name_their_materials() {
     refused("AC3Db\n".to_owned() + &"OBJECT group\nkids 1\n".repeat(100), "at most 64 deep");
 }
 
-#[test]
-fn faces_of_drawings_are_in_groups_by_layer() {
-    let folder = tempfile::tempdir().unwrap();
-    let vertex =
-        |flags: u32, at: [f64; 3]| format!("0\nVERTEX\n8\nw\n10\n{}\n20\n{}\n30\n{}\n70\n{flags}\n", at[0], at[1], at[2]);
-    let corners = [[0.0, 0.0, 0.0], [4.0, 0.0, 0.0], [4.0, 0.0, 2.5], [0.0, 0.0, 2.5]];
-    let places: String = corners.iter().map(|at| vertex(192, *at)).collect();
-    let grid: String = corners.iter().flat_map(|at| [*at, [at[0], 3.0, at[2]]]).map(|at| vertex(64, at)).collect();
-    let text = format!(
-        "  0\nSECTION\n  2\nHEADER\n  9\n$ACADVER\n  1\nAC1015\n  0\nENDSEC\n  0\nSECTION\n  2\nENTITIES\n\
-         0\n3DFACE\n  8\nfloor\n 10\n0\n20\n0\n30\n0\n11\n4\n21\n0\n31\n0\n12\n4\n22\n3\n32\n0\n13\n4\n23\n3\n33\n0\n\
-         0\nPOLYLINE\n8\nwall\n66\n1\n70\n64\n{places}0\nVERTEX\n8\nwall\n70\n128\n71\n1\n72\n-2\n73\n3\n74\n4\n0\nSEQEND\n\
-         0\nLINE\n10\n9\n0\nPOLYLINE\n8\ntube\n70\n17\n71\n4\n72\n2\n{grid}0\nSEQEND\n0\nENDSEC\n0\nEOF\n"
-    );
-    let mesh = Mesh::load(&written(&folder, "room.dxf", text.as_bytes())).unwrap();
-    assert_eq!(mesh.groups, ["floor", "wall", "tube"]);
-    let count = |group: u32| mesh.triangles.iter().filter(|t| t.group == group).count();
-    assert_eq!([count(0), count(1), count(2)], [1, 2, 8], "a grid of four places that is closed has four faces");
-    assert_eq!(mesh.bounds(), [[0.0; 3], [4.0, 3.0, 2.5]]);
-    for end in 0..text.len() {
-        let _ = Mesh::load(&written(&folder, "cut.dxf", &text.as_bytes()[..end]));
-    }
-    for (wrong, says) in [
-        ("AutoCAD Binary DXF\r\n".to_owned(), "in text, found one in binary form"),
-        (text.replace("73\n3\n", "73\n9\n"), "a vertex among 4, found 9"),
-        ("x\ny\n".to_owned(), "line 1: a group code"),
-    ] {
-        let error = Mesh::load(&written(&folder, "bad.dxf", wrong.as_bytes())).unwrap_err().to_string();
-        assert!(error.contains(says), "{error}");
-    }
-}
-
 /// Points on the triangles of a mesh, about as many on each square metre, with some noise, and a table's in the middle.
 fn scanned(mesh: &Mesh, per_m2: f64) -> Vec<[f64; 3]> {
     let mut random = Random::stream(5, 0);
@@ -321,7 +289,7 @@ fn files_that_are_no_mesh_are_refused() {
         let error = Mesh::load(&written(&folder, name, bytes)).unwrap_err().to_string();
         assert!(error.contains(name) && error.contains(says), "{error}");
     };
-    refused("room.blend", b"x", "a file ending in .obj, .stl, .ply, .glb, .gltf, .ac or .dxf, found the ending \"blend\"");
+    refused("room.blend", b"x", "a file ending in .obj, .stl, .ply, .glb, .gltf or .ac, found the ending \"blend\"");
     refused("empty.obj", b"v 0 0 0\n", "expected a mesh of triangles");
     refused("bad.obj", b"v 0 0 0\nf 1 2 3\n", "");
     refused("bad.stl", &[7; 100], "triangles in 100 bytes");

@@ -1,7 +1,7 @@
 //! Importers of data sets, on small layouts that are made here: none of the sets themselves is.
 
-use promenade_baker::capture::{ImportCapture, import_replay, import_rwavs};
-use promenade_baker::responses::{FolderLayout, FolderOptions, load_folder};
+use promenade_baker::capture::{ImportCapture, import_rwavs};
+use promenade_baker::responses::{FolderOptions, load_folder};
 use promenade_baker::wav::{self, Format};
 use promenade_baker::{BakeError, Capture, Split};
 use promenade_core::glam::{Quat, Vec3};
@@ -171,154 +171,18 @@ fn frames_may_have_their_own_poses() {
     assert!(import_rwavs(folder.path(), &options).unwrap_err().to_string().contains("a frame's number"));
 }
 
-#[test]
-fn views_that_stay() {
-    let folder = tempfile::tempdir().unwrap();
-    let at = |name: &str| folder.path().join(name);
-    let (a, b) = (noise(1, 40_000), noise(2, 39_000));
-    sound(at("near/a.wav"), &[&a]);
-    sound(at("near/b.wav"), &[&b]);
-    for (view, seed) in [("v1", 3), ("v2", 5)] {
-        let (left, right) = (noise(seed, 40_000), noise(seed + 1, 40_000));
-        sound(at(&format!("views/{view}.wav")), &[&left, &right]);
-    }
-    let camera = |name: &str, x: f32| {
-        format!(r#"{{"img_name":"{name}.jpg","position":[{x},0,0],"rotation":[[1,0,0],[0,1,0],[0,0,1]]}}"#)
-    };
-    text(&at("cameras.json"), format!("[{},{}]", camera("v1", 1.0), camera("v2", -1.0)));
-    let options = ImportCapture { sample_rate_hz: Some(RATE), clip_s: 0.5, test_share: 0.3, ..ImportCapture::default() };
-    let capture = import_replay(folder.path(), &options).unwrap();
-    assert_eq!((capture.tracks.len(), capture.clips.len(), capture.split(Split::Test).count()), (2, 20, 6));
-    assert!(
-        (capture.tracks[0].voices[0].dry[100] - a[100] - b[100]).abs() < 1e-6
-            && capture.tracks[0].voices[0].dry[39_500] == a[39_500]
-    );
-    assert!((capture.tracks[0].path.pose_at(9.0).position - capture.tracks[1].path.pose_at(0.0).position).length() > 1.99);
-    for clip in &capture.clips {
-        let other = capture.clips.iter().find(|c| c.start == clip.start && c.track != clip.track).unwrap();
-        assert_eq!(clip.split, other.split, "what is heard in a test clip is not learnt elsewhere");
-    }
-    text(&at("cameras.json"), format!("[{}]", camera("v1", 1.0)));
-    let error = import_replay(folder.path(), &options).unwrap_err().to_string();
-    assert!(error.contains("view v2: expected a camera of that img_name, found v1"), "{error}");
-    text(&at("cameras.json"), r#"[{"img_name":"v1","position":[0,0,0],"rotation":[[1,0,0],[0,1,0],[0,0,2]]}]"#);
-    assert!(import_replay(folder.path(), &options).unwrap_err().to_string().contains("camera v1: expected a finite position"));
-}
-
-/// NumPy's form of rows of doubles.
-fn npy(path: &Path, rows: &[[f64; 5]]) {
-    let header = format!("{{'descr': '<f8', 'fortran_order': False, 'shape': ({}, 5), }}", rows.len());
-    let header = format!("{header:<117}\n");
-    let mut bytes = b"\x93NUMPY\x01\x00".to_vec();
-    bytes.extend((header.len() as u16).to_le_bytes());
-    bytes.extend(header.as_bytes());
-    rows.iter().flatten().for_each(|v| bytes.extend(v.to_le_bytes()));
-    std::fs::write(path, bytes).unwrap();
-}
-
-#[test]
-fn replay_nvas_as_it_is_published() {
-    let folder = tempfile::tempdir().unwrap();
-    let at = |name: &str| folder.path().join(name);
-    // Two cameras at right angles; a speaker stands where both look, another one is seen once by the first.
-    let centers = r#"{"DSLR-1": [0, 0, 150], "DSLR-2": [300, -300, 150], "DSLR-3": [NaN, NaN, 158.75]}"#;
-    let looks = r#"{"DSLR-1": [1, 0, 0], "DSLR-2": [0, 1, 0], "DSLR-3": [1, 0, 0]}"#;
-    let both = |of: &str| format!(r#"{{"SC-1022": {of}, "SC-1027": {of}}}"#);
-    text(
-        &at("camera_positions_fixed_rotation.json"),
-        format!(r#"{{"centers": {}, "rotations": {}}}"#, both(centers), both(looks)),
-    );
-    text(
-        &at("metadata_v3.json"),
-        r#"{"data/v3/SC-1022/00007": ["1.png", "2.png", "3.png"], "data/v3/SC-1027/00001": ["1.png", "2.png"]}"#,
-    );
-    for (scene, clip) in [("SC-1022", "00007"), ("SC-1027", "00001")] {
-        let of = |name: &str| at(&format!("{scene}/{clip}/{name}"));
-        let near = noise(9, 16_000);
-        sound(of("near.wav"), &[&near]);
-        for (view, late) in [("1", 20), ("2", 90)] {
-            let ear: Vec<f32> = std::iter::repeat_n(0.0, late).chain(near.iter().map(|v| 0.3 * v)).take(16_000).collect();
-            sound(of(&format!("{view}.wav")), &[&ear, &ear]);
-        }
-        npy(&of("1.npy"), &[[0.4, 0.4, 0.6, 0.6, 3.0], [0.4, 0.4, 0.6, 0.6, 3.0], [0.0, 0.4, 0.1, 0.6, 5.0]]);
-        npy(&of("2.npy"), &[[0.45, 0.3, 0.55, 0.7, 3.0]]);
-    }
-    let options = ImportCapture { sample_rate_hz: Some(16_000), ..ImportCapture::default() };
-    let capture = import_replay(folder.path(), &options).unwrap();
-    let names: Vec<_> = capture.clips.iter().map(|c| (c.name.as_str(), c.split)).collect();
-    let (train, test) = (Split::Train, Split::Test);
-    let expected =
-        [("SC-1022-00007-1", train), ("SC-1022-00007-2", train), ("SC-1027-00001-1", test), ("SC-1027-00001-2", test)];
-    assert_eq!(names, expected);
-    assert!(capture.notes.iter().any(|n| n.contains("no camera position: SC-1022-00007-3")), "{:?}", capture.notes);
-    assert!(capture.clips[1].pose.position.distance(Vec3::new(3.0, -3.0, 1.5)) < 1e-4, "centimetres");
-    assert!(capture.clips[1].pose.to_head(Vec3::new(3.0, 0.0, 1.5)).normalize().distance(Vec3::X) < 1e-4, "looks along y");
-    // Who speaks is who has most boxes, and stands where the rays through them meet.
-    assert_eq!(
-        capture.emitters.iter().map(|e| e.name.as_str()).collect::<Vec<_>>(),
-        ["SC-1022 speaker 3", "SC-1027 speaker 3"]
-    );
-    assert!(capture.emitters[0].position.distance(Vec3::new(3.0, 0.0, 1.5)) < 1e-3, "{:?}", capture.emitters);
-    assert_eq!(capture.emitter_of(&capture.clips[3]), Some(1));
-    // Each camera's delay is taken out, and both have the same high-pass.
-    for clip in &capture.clips {
-        let (dry, heard) = (capture.dry(clip, 0), capture.binaural(clip)[0]);
-        let off = dry[2000..14_000].iter().zip(&heard[2000..14_000]).map(|(d, h)| (0.3 * d - h).abs()).fold(0.0, f32::max);
-        assert!(off < 5e-3, "{} is off by {off}", clip.name);
-    }
-    std::fs::remove_file(at("SC-1027/00001/2.npy")).unwrap();
-    let capture = import_replay(folder.path(), &options).unwrap();
-    assert!(capture.emitters.is_empty() && capture.notes.iter().any(|n| n.contains("who speaks, and where, is not known")));
-    npy(&at("SC-1022/00007/1.npy"), &[]);
-    assert!(import_replay(folder.path(), &options).is_ok());
-    std::fs::write(at("SC-1022/00007/1.npy"), "boxes").unwrap();
-    assert!(import_replay(folder.path(), &options).unwrap_err().to_string().contains("1.npy: expected an array of boxes"));
-}
-
-fn options(layout: FolderLayout) -> FolderOptions {
+fn options() -> FolderOptions {
     FolderOptions {
-        layout,
         title: "hall".to_owned(),
         credit: String::new(),
         licence: String::new(),
         placement: PlacementOptions::default(),
         emitter: None,
-        source: None,
     }
 }
 
 fn shown<T>(result: Result<T, BakeError>) -> String {
     result.err().map_or_else(String::new, |e| e.to_string())
-}
-
-#[test]
-fn a_folder_a_response() {
-    let folder = tempfile::tempdir().unwrap();
-    for (i, (rx, tx)) in [("1 2 3", "0 0 0 1 5 6 7"), ("1, 2, 4", "5,6,7"), ("2 2 2", "8 8 8")].iter().enumerate() {
-        let at = folder.path().join(format!("data/{i:06}"));
-        sound(at.join("rir.wav"), &[&noise(i as u64 + 1, 400)]);
-        text(&at.join("rx_pos.txt"), format!("{rx}\n"));
-        text(&at.join("tx_pos.txt"), tx);
-    }
-    let set = load_folder(folder.path(), &options(FolderLayout::Raf)).unwrap();
-    assert_eq!((set.responses.len(), set.sample_rate_hz), (2, f64::from(RATE)));
-    near(set.responses[1].listener.position, Vec3::new(1.0, 2.0, 4.0));
-    near(set.responses[0].source, Vec3::new(5.0, 6.0, 7.0));
-    assert_eq!(set.responses[0].left, set.responses[0].right);
-    let notes = set.notes.join("\n");
-    assert!(notes.contains("3 responses have one channel") && notes.contains("source 0 of 2"), "{notes}");
-    // The other source, in a world with y up.
-    let y_up = PlacementOptions { up: Some(Vec3::Y), ..PlacementOptions::default() };
-    let other = FolderOptions { source: Some(1), placement: y_up, ..options(FolderLayout::Raf) };
-    let set = load_folder(folder.path(), &other).unwrap();
-    assert!((set.responses[0].source.z - 8.0).abs() < 1e-5 && set.responses[0].name == "000002");
-    let error = shown(load_folder(folder.path(), &FolderOptions { source: Some(2), ..options(FolderLayout::Raf) }));
-    assert!(error.contains("a source 2, counted from 0, found 2 sources"), "{error}");
-    text(&folder.path().join("data/000001/rx_pos.txt"), "1 2");
-    let error = shown(load_folder(folder.path(), &options(FolderLayout::Raf)));
-    assert!(error.contains("rx_pos.txt") && error.contains("found 2"), "{error}");
-    text(&folder.path().join("data/000001/rx_pos.txt"), "1 2 nowhere");
-    assert!(shown(load_folder(folder.path(), &options(FolderLayout::Raf))).contains("found nowhere"));
 }
 
 #[test]
@@ -329,31 +193,31 @@ fn rows_of_poses() {
         sound(at(&format!("r{i}.wav")), &[&noise(i + 1, 300), &noise(i + 9, 300)]);
     }
     text(&at("poses.txt"), "# x y z yaw pitch roll\n1 0 0 90 0 0\n2 0 0 0 0 0\n\n3,0,0,0,0,0\n");
-    let error = shown(load_folder(folder.path(), &options(FolderLayout::Rows)));
+    let error = shown(load_folder(folder.path(), &options()));
     assert!(error.contains("a source, in the folder or as an option, found none"), "{error}");
     text(&at("source.txt"), "0 5 0");
-    let set = load_folder(folder.path(), &options(FolderLayout::Rows)).unwrap();
+    let set = load_folder(folder.path(), &options()).unwrap();
     near(set.responses[2].listener.position, Vec3::new(3.0, 0.0, 0.0));
     near(set.responses[0].listener.orientation * Vec3::X, Vec3::Y);
     near(set.responses[0].source, Vec3::new(0.0, 5.0, 0.0));
-    let elsewhere = FolderOptions { emitter: Some(Vec3::ONE), ..options(FolderLayout::Rows) };
+    let elsewhere = FolderOptions { emitter: Some(Vec3::ONE), ..options() };
     near(load_folder(folder.path(), &elsewhere).unwrap().responses[0].source, Vec3::ONE);
     // Quaternions in JSON come before text, NumPy's before both.
     text(&at("poses.json"), "[[1,0,0,1,0,0,0],[2,0,0,0,0,0,1],[3,0,0,1,0,0,0]]");
-    let set = load_folder(folder.path(), &options(FolderLayout::Rows)).unwrap();
+    let set = load_folder(folder.path(), &options()).unwrap();
     assert!(set.responses[1].listener.orientation.angle_between(Quat::from_rotation_z(std::f32::consts::PI)) < 1e-3);
     let header = "{'descr': '<f8', 'fortran_order': False, 'shape': (3, 3), }\n";
     let values = [4.0, 0.0, 0.0, 5.0, 0.0, 0.0, 6.0, 0.0, 0.5_f64].map(f64::to_le_bytes).concat();
     let npy = [b"\x93NUMPY\x01\x00".as_slice(), &(header.len() as u16).to_le_bytes(), header.as_bytes(), &values].concat();
     std::fs::write(at("poses.npy"), &npy).unwrap();
-    let set = load_folder(folder.path(), &options(FolderLayout::Rows)).unwrap();
+    let set = load_folder(folder.path(), &options()).unwrap();
     near(set.responses[2].listener.position, Vec3::new(6.0, 0.0, 0.5));
     std::fs::write(at("poses.npy"), &npy[..npy.len() - 8]).unwrap();
-    assert!(shown(load_folder(folder.path(), &options(FolderLayout::Rows))).contains("poses.npy"));
+    assert!(shown(load_folder(folder.path(), &options())).contains("poses.npy"));
     std::fs::remove_file(at("poses.npy")).unwrap();
     text(&at("poses.json"), "[[1,0,0],[2,0,0]]");
-    let error = shown(load_folder(folder.path(), &options(FolderLayout::Rows)));
+    let error = shown(load_folder(folder.path(), &options()));
     assert!(error.contains("poses.json: expected 3 poses, one for each sound file, found 2"), "{error}");
     text(&at("poses.json"), "[[1,0,0],[2,0,0],[1,2,3,4]]");
-    assert!(shown(load_folder(folder.path(), &options(FolderLayout::Rows))).contains("pose of r2: expected 3, 6 or 7"));
+    assert!(shown(load_folder(folder.path(), &options())).contains("pose of r2: expected 3, 6 or 7"));
 }

@@ -4,7 +4,7 @@
 //! States of the plugin and packets of Open Sound Control are searched where the plugin is tested.
 
 use promenade_acoustics::{ImageOptions, Images, Material, Measures, Mesh, RayOptions, Reflected, Room, late_field};
-use promenade_baker::checkpoint::{self, ImportOptions as Checkpoint};
+use promenade_baker::checkpoint;
 use promenade_baker::reconstruction::{Place, PointOptions};
 use promenade_baker::simulation::directivity;
 use promenade_baker::{LoadOptions, Responses, read_head, sound};
@@ -214,22 +214,14 @@ fn camera_paths_and_objects_of_films() {
 #[test]
 fn checkpoints_and_anchors() {
     let folder = file("crates/baker/tests/checkpoint");
-    let names = ["full.pth", "sh.pth", "legacy.pth", "nested.pth", "exported.safetensors", "anchors.npz"];
-    let seeds = names.map(|name| Input::new(name, fs::read(folder.join(name)).unwrap())).to_vec();
-    let (checkpoint, anchors) = (folder.join("flat.pth"), folder.join("anchors.npz"));
-    let options = Checkpoint {
-        max_norm: Some(25.0),
-        sample_rate_hz: Some(8_000.0),
-        n_fft: Some(8),
-        hop: Some(2),
-        heads: Some(1),
-        ..Checkpoint::default()
-    };
+    let names = ["full", "sh", "simple_sh", "formats", "exported", "anchors"].map(|name| format!("{name}.safetensors"));
+    let seeds = names.map(|name| Input::new(&name, fs::read(folder.join(&name)).unwrap())).to_vec();
+    let (checkpoint, anchors) = (folder.join("simple_sh.safetensors"), folder.join("anchors.safetensors"));
     Search { name: "checkpoint", cases: 3000, most_bytes: FILE_BYTES }.run(seeds, |input, path| {
         let imported = match input.name.as_str() {
-            "anchors.npz" => checkpoint::import(&checkpoint, Some(path), &options),
-            "exported.safetensors" => checkpoint::import(path, None, &Checkpoint::default()),
-            _ => checkpoint::import(path, Some(&anchors), &options),
+            "anchors.safetensors" => checkpoint::import(&checkpoint, Some(path), None),
+            "exported.safetensors" => checkpoint::import(path, None, None),
+            _ => checkpoint::import(path, Some(&anchors), None),
         };
         imported.map(|_| ()).map_err(text)
     });

@@ -1,7 +1,7 @@
 //! Manifests that are written from names, units of lengths in names, and splits that a data set brings.
 
 use promenade_baker::capture::{DrySound, FromResponses, from_responses};
-use promenade_baker::responses::{Describe, FolderLayout, FolderOptions, describe, load_folder};
+use promenade_baker::responses::{Describe, describe};
 use promenade_baker::wav::{self, Format};
 use promenade_baker::{LoadOptions, Responses, Split};
 use promenade_core::glam::Vec3;
@@ -116,37 +116,6 @@ fn a_split_in_the_manifest_reaches_the_clips() {
             capture.notes
         );
     }
-}
-
-#[test]
-fn real_acoustic_fields_keep_their_split() {
-    let folder = tempfile::tempdir().unwrap();
-    for (i, name) in ["000000", "000001", "000012"].iter().enumerate() {
-        let place = folder.path().join("data").join(name);
-        std::fs::create_dir_all(&place).unwrap();
-        wav::write(&place.join("rir.wav"), 48_000, &[&[0.0, 1.0, 0.5]], Format::Float32).unwrap();
-        std::fs::write(place.join("rx_pos.txt"), format!("{i} 1 1")).unwrap();
-        std::fs::write(place.join("tx_pos.txt"), "1 0 0 0 4 2 1").unwrap();
-    }
-    let options = FolderOptions {
-        layout: FolderLayout::Raf,
-        title: String::new(),
-        credit: String::new(),
-        licence: String::new(),
-        placement: PlacementOptions::default(),
-        emitter: None,
-        source: None,
-    };
-    assert!(load_folder(folder.path(), &options).unwrap().splits.is_empty());
-    std::fs::create_dir(folder.path().join("metadata")).unwrap();
-    let write = |json: &str| std::fs::write(folder.path().join("metadata/data-split.json"), json).unwrap();
-    write(r#"{"train":[["000000"]],"validation":[[1]],"test":["000012"]}"#);
-    let splits = load_folder(folder.path(), &options).unwrap().splits;
-    let expected = [("000000", Split::Train), ("000001", Split::Train), ("000012", Split::Test)];
-    assert_eq!(splits, expected.map(|(name, split)| (name.to_owned(), split)).into());
-    write(r#"{"train":["000001"],"test":["1"]}"#);
-    let error = load_folder(folder.path(), &options).unwrap_err().to_string();
-    assert!(error.contains("data-split.json: 1: expected a response in one list, found in two"), "{error}");
 }
 
 #[test]

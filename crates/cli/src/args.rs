@@ -204,7 +204,7 @@ mod tests {
             "fit a --evaluate --source 1,2,3 --uncertainty 0.1 --rate 16000",
             "fit a.obj b -o c.obj --hold walls,places --per wall --order 6 --scale 0.01",
             "fit box a --changed b --alike y0,y1",
-            "fit 1,2,3 a --quick -o b.obj --changed c --materials x0=felt --emitter 1,1,1",
+            "fit 1,2,3 a -o b.obj --changed c --materials x0=felt --emitter 1,1,1",
         ] {
             // A parser of another type than its field's panics here.
             assert!(Cli::try_parse_from(format!("promenade {line}").split(' ')).is_ok(), "{line}");

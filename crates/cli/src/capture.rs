@@ -6,8 +6,8 @@ mod emitter;
 use crate::args::{CaptureCommand, ClipArgs, FromResponsesArgs, ImportCaptureArgs, LayoutArg, MixArgs};
 use crate::report;
 use anyhow::{Result, bail};
-use promenade_baker::capture::{DrySound, FromResponses, ImportCapture, from_responses, import_replay, import_rwavs, mean};
-use promenade_baker::responses::{FolderLayout, FolderOptions, load_folder};
+use promenade_baker::capture::{DrySound, FromResponses, ImportCapture, from_responses, import_rwavs, mean};
+use promenade_baker::responses::{FolderOptions, load_folder};
 use promenade_baker::{Capture, Responses, Split, sound};
 use std::path::{Path, PathBuf};
 
@@ -27,7 +27,7 @@ fn of_responses(args: &FromResponsesArgs) -> Result<()> {
 fn import(args: &ImportCaptureArgs) -> Result<()> {
     let folder = report::file_name(&args.folder);
     let title = args.title.clone().unwrap_or(folder);
-    let is_recording = matches!(args.layout, LayoutArg::Rwavs | LayoutArg::Replay);
+    let is_recording = args.layout == LayoutArg::Rwavs;
     if is_recording && !args.mix.clips.dry.is_empty() {
         bail!("--dry is for layouts of responses; recordings have their own dry sound");
     }
@@ -39,23 +39,15 @@ fn import(args: &ImportCaptureArgs) -> Result<()> {
             sample_rate_hz: args.mix.rate,
             emitter: args.emitter,
             placement: args.placement.options(),
-            clip_s: args.mix.clips.clip,
-            test_share: args.mix.clips.test_share,
-            seed: args.mix.seed,
         };
-        match args.layout {
-            LayoutArg::Rwavs => import_rwavs(&args.folder, &options)?,
-            _ => import_replay(&args.folder, &options)?,
-        }
+        import_rwavs(&args.folder, &options)?
     } else {
         let options = FolderOptions {
-            layout: if args.layout == LayoutArg::Raf { FolderLayout::Raf } else { FolderLayout::Rows },
             title,
             credit: args.credit.clone(),
             licence: args.licence.clone(),
             placement: args.placement.options(),
             emitter: args.emitter,
-            source: args.source_number,
         };
         mixed(&load_folder(&args.folder, &options)?, &args.mix)?
     };

@@ -40,10 +40,10 @@ pub(crate) fn run(args: &FitArgs) -> Result<()> {
     let room = room.unwrap_or(Stated::Nothing).room(&set)?;
     let mut fit = fitter.kept(&room, &set)?;
     if let Some(output) = &args.output {
-        write::all(args, output, &room, fit.as_ref(), &set)?;
+        write::all(args, output, &room, &fit, &set)?;
     }
     if let Some(changed) = &args.changed {
-        evaluate::changed(args, changed, fit.as_mut(), &set)?;
+        evaluate::changed(args, changed, &mut fit, &set)?;
     }
     Ok(())
 }

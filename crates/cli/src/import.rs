@@ -4,7 +4,7 @@ use crate::args::ImportArgs;
 use crate::{inspect, report, scene};
 use anyhow::{Context, Result};
 use promenade_baker::anchors::AnchorSet;
-use promenade_baker::checkpoint::{ImportOptions, import};
+use promenade_baker::checkpoint::import;
 use promenade_baker::cloud_scene::{CloudSceneOptions, cloud_scene};
 use promenade_core::network::Placement;
 use promenade_core::{Provenance, Tier};
@@ -17,17 +17,7 @@ pub(crate) fn run(args: &ImportArgs) -> Result<()> {
         None if given == PlacementOptions::default() => None,
         stated => Some(given.over(&stated.unwrap_or(Placement::IDENTITY), &[])?),
     };
-    let options = ImportOptions {
-        kind: args.kind,
-        max_norm: args.max_norm,
-        sample_rate_hz: args.sample_rate,
-        n_fft: args.n_fft,
-        hop: args.hop,
-        heads: args.heads,
-        convention: args.convention,
-        placement,
-    };
-    let imported = import(&args.checkpoint, args.anchors.as_deref(), &options)?;
+    let imported = import(&args.checkpoint, args.anchors.as_deref(), placement)?;
     let options = CloudSceneOptions {
         provenance: Provenance {
             title: args.title.clone().unwrap_or_else(|| report::file_name(&args.checkpoint.with_extension(""))),
@@ -60,13 +50,6 @@ fn recipe(args: &ImportArgs) -> String {
     });
     let options = [
         ("anchors", args.anchors.as_deref().map(report::file_name)),
-        ("max-norm", args.max_norm.map(|v| v.to_string())),
-        ("sample-rate", args.sample_rate.map(|v| v.to_string())),
-        ("n-fft", args.n_fft.map(|v| v.to_string())),
-        ("hop", args.hop.map(|v| v.to_string())),
-        ("heads", args.heads.map(|v| v.to_string())),
-        ("kind", args.kind.map(|k| k.name().to_owned())),
-        ("convention", args.convention.map(|c| c.name().to_owned())),
         ("bounds", args.bounds.map(|(low, high)| list(&[low.to_array(), high.to_array()].concat()))),
         ("start", start),
         ("taps", Some(args.taps.to_string())),

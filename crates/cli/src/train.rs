@@ -7,7 +7,7 @@ use anyhow::{Context, Result};
 use promenade_baker::anchors::AnchorSet;
 use promenade_baker::{BakeError, Capture, atomic, file};
 use promenade_core::{Pose, Provenance, Scene};
-use promenade_trainer::{Checkpoint, CurvePoint, Device, Scores, TrainSettings, Trainer, Trial, WORTH, search};
+use promenade_trainer::{Checkpoint, CurvePoint, Device, TrainSettings, Trainer};
 use std::time::Instant;
 
 /// Ending of the file that a training is kept in beside its scene until it is done.
@@ -18,48 +18,32 @@ const MAX_SETTINGS_BYTES: u64 = 1 << 20;
 pub(crate) fn run(args: &TrainArgs) -> Result<()> {
     let capture = capture(args)?;
     let emitter = args.emitter.as_ref().map(|name| capture.number_of(name)).transpose()?;
-    let sets = anchor_sets(args, &capture)?;
-    let mut settings = settings(args)?;
+    let anchors = anchors(args, &capture)?;
+    let settings = settings(args)?;
     let device = if args.gpu { gpu()? } else { Device::flex() };
     let threads = args.threads.unwrap_or_else(|| std::thread::available_parallelism().map_or(1, usize::from).min(MAX_THREADS));
     let kept = args.output.with_extension(KEPT);
     let before = if kept.exists() && !args.restart { Some(Checkpoint::load(&kept)?) } else { None };
-    let (mut set, mut tried) = (0, Vec::new());
-    match (&before, args.search) {
-        // What was found is in what was kept.
-        (Some(before), Some(_)) => {
-            (set, tried) = (before.anchors, before.notes.clone());
-            settings = TrainSettings { steps: settings.steps, ..before.settings.clone() };
-        }
-        (None, Some(steps)) => (set, settings, tried) = look_for(&capture, &sets, &settings, steps, (&device, threads))?,
-        (_, None) => (),
-    }
-    let anchors = sets.get(set).with_context(|| format!("{}: was begun with more anchor files", kept.display()))?;
     if args.simulation.simulate.is_some() && args.simulation.head.is_none() {
         anyhow::bail!("--simulate: expected --head with the ears that heard the recordings, found none");
     }
     let places = Places::of(&args.simulation, &capture.emitters, capture.sample_rate_hz, settings.seed)?;
     let mut trainer = match &places {
-        None => Trainer::new(&capture, anchors, settings.clone(), device, threads)?,
+        None => Trainer::new(&capture, &anchors, settings.clone(), device, threads)?,
         Some(places) => {
             let simulate = |emitter: usize, poses: &[Pose]| {
                 report::line(format_args!("simulating {} poses of emitter {}", poses.len(), emitter + 1));
                 places.ears(emitter, poses)
             };
-            Trainer::on_simulation(&capture, anchors, settings.clone(), device, threads, &simulate)?
+            Trainer::on_simulation(&capture, &anchors, settings.clone(), device, threads, &simulate)?
         }
     };
     if let Some(before) = before {
         trainer.resume(before).with_context(|| format!("{}", kept.display()))?;
         report::note(format_args!("{}: goes on from step {}", kept.display(), trainer.steps()));
     }
-    learn(&mut trainer, args, |trainer| Checkpoint { anchors: set, notes: tried.clone(), ..trainer.checkpoint() }.save(&kept))?;
-    if !settings.network.audio_embedding {
-        return report::print(
-            "no scene: the engine reads the mixture mask off audio embeddings, which the settings leave out\n",
-        );
-    }
-    let provenance = provenance(&capture, trainer.settings(), &tried, args);
+    learn(&mut trainer, args, |trainer| trainer.checkpoint().save(&kept))?;
+    let provenance = provenance(&capture, trainer.settings(), args);
     let scene = match places {
         None => at_emitter(trainer.scene(provenance)?, &capture, emitter)?,
         Some(places) => {
@@ -90,16 +74,14 @@ fn capture(args: &TrainArgs) -> Result<Capture> {
     Ok(capture)
 }
 
-/// The anchors of all files; those that lie apart from the clips are told.
-fn anchor_sets(args: &TrainArgs, capture: &Capture) -> Result<Vec<AnchorSet>> {
-    let sets: Vec<AnchorSet> = args.anchors.iter().map(|file| AnchorSet::load(file)).collect::<Result<_, _>>()?;
+/// The anchors; those that lie apart from the clips are told.
+fn anchors(args: &TrainArgs, capture: &Capture) -> Result<AnchorSet> {
+    let set = AnchorSet::load(&args.anchors)?;
     let places: Vec<_> = capture.clips.iter().map(|clip| clip.pose.position).collect();
-    for (set, file) in sets.iter().zip(&args.anchors) {
-        if let Some(odd) = set.apart_from(&places) {
-            report::note(format_args!("{}: {odd}", file.display()));
-        }
+    if let Some(odd) = set.apart_from(&places) {
+        report::note(format_args!("{}: {odd}", args.anchors.display()));
     }
-    Ok(sets)
+    Ok(set)
 }
 
 /// Takes the steps that are left, tells how it goes, and keeps the training now and then and at the end.
@@ -140,31 +122,6 @@ fn at_emitter(scene: Scene, capture: &Capture, emitter: Option<usize>) -> Result
     moved.context("--emitter: expected settings with `emitter`, found a network that does not know where the sound comes from")
 }
 
-/// Searches for settings and reports each trial.
-fn look_for(
-    capture: &Capture,
-    sets: &[AnchorSet],
-    settings: &TrainSettings,
-    steps: usize,
-    on: (&Device, usize),
-) -> Result<(usize, TrainSettings, Vec<String>)> {
-    let mut notes = vec![format!("searched with {steps} steps a trial, a change being worth {:.0} % of error:", 100.0 * WORTH)];
-    let mut each = |trial: &Trial| {
-        let Scores { mag, lre_db, env } = trial.scores;
-        let line = format!(
-            "{}: MAG {mag:.4}, LRE {lre_db:.3} dB, ENV {env:.4}, error {:.3} of the best, {:.2} ms a decode: {}",
-            trial.change,
-            trial.error,
-            1e3 * trial.decode_s,
-            if trial.kept { "kept" } else { "dropped" }
-        );
-        report::line(&line);
-        notes.push(line);
-    };
-    let (set, found, _) = search(capture, sets, settings, steps, on, &mut each)?;
-    Ok((set, found, notes))
-}
-
 fn settings(args: &TrainArgs) -> Result<TrainSettings> {
     let mut settings = match &args.settings {
         None => TrainSettings::default(),
@@ -193,9 +150,8 @@ fn gpu() -> Result<Device> {
     anyhow::bail!("--gpu: this program was built without the feature 'gpu'")
 }
 
-fn provenance(capture: &Capture, settings: &TrainSettings, tried: &[String], args: &TrainArgs) -> Provenance {
+fn provenance(capture: &Capture, settings: &TrainSettings, args: &TrainArgs) -> Provenance {
     let mut notes = capture.notes.clone();
-    notes.extend_from_slice(tried);
     let settings_text = serde_json::to_string(settings).unwrap_or_default();
     notes.push(format!("trained by promenade {} with {settings_text}", env!("CARGO_PKG_VERSION")));
     Provenance {
@@ -205,7 +161,7 @@ fn provenance(capture: &Capture, settings: &TrainSettings, tried: &[String], arg
         recipe: format!(
             "promenade train {} --anchors {} -o {} --steps {} --seed {}{}",
             args.captures.iter().map(|path| report::file_name(path)).collect::<Vec<_>>().join(" "),
-            args.anchors.iter().map(|file| report::file_name(file)).collect::<Vec<_>>().join(" "),
+            report::file_name(&args.anchors),
             report::file_name(&args.output),
             settings.steps,
             settings.seed,

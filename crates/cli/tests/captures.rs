@@ -70,8 +70,6 @@ fn mistakes_are_one_line() {
     assert!(fails(&["capture", "check", &scene]).contains("room.promenade"));
     let import = |more: &[&str]| fails(&[&["capture", "import", room, "-o", &place.text("x")], more].concat());
     assert!(import(&["--layout", "rwavs"]).contains("transforms_scale_train.json: cannot be read"));
-    assert!(import(&["--layout", "replay"]).contains("near: cannot be read"));
-    assert!(import(&["--layout", "raf"]).contains("expected folders with a rir.wav, found none"));
     assert!(import(&["--layout", "responses"]).contains("poses.npy, poses.json or poses.txt"));
     assert!(import(&["--layout", "rwavs", "--dry", &speech]).contains("--dry is for layouts of responses"));
     assert!(!place.path("x").exists());

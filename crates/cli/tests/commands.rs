@@ -420,11 +420,9 @@ fn float_wav(samples: &[f32]) -> Vec<u8> {
     bytes
 }
 
-/// Imports it with the settings that it was made with, but for the hop.
-fn import(name: &str, scene: &str, hop: &str) {
-    let (weights, anchors) = (checkpoint(name), checkpoint("anchors.npz"));
-    let settings = ["--max-norm", "25", "--sample-rate", "8000", "--n-fft", "8", "--hop", hop, "--heads", "1"];
-    succeeds(&[&["import", &weights, "--anchors", &anchors, "-o", scene], &settings[..]].concat());
+/// Imports a checkpoint with its anchors.
+fn import(name: &str, scene: &str) {
+    succeeds(&["import", &checkpoint(name), "--anchors", &checkpoint("anchors.safetensors"), "-o", scene]);
 }
 
 #[test]
@@ -432,9 +430,9 @@ fn a_clouds_streams_are_compared_with_its_clips() {
     let place = Place::new();
     // Clips of 2 hops: too short to leave anything between their edges, so that only latency and cost remain.
     let short = place.text("short.promenade");
-    import("sh.pth", &short, "4");
+    import("sh.safetensors", &short);
     let (table, _) = succeeds(&["measure", &short, "--poses", "2"]);
-    assert!(table.starts_with("stream ") && table.contains("diagonal, conv off"), "{table}");
+    assert!(table.starts_with("stream ") && table.contains("high"), "{table}");
     assert!(table.contains("note: nothing to compare with: clips have 8 samples"), "{table}");
     assert!(table.contains("noise bursts and tone clicks, 3.00 s at 8000 Hz") && table.contains("2 poses"), "{table}");
 
@@ -447,13 +445,13 @@ fn a_clouds_streams_are_compared_with_its_clips() {
     let json = json(&["measure", &scene, "--input", &input, "--poses", "2", "--format", "json"]);
     let streams = json["cloud"]["streams"].as_array().unwrap();
     let named = |name: &str| streams.iter().find(|s| s["name"] == name).unwrap_or_else(|| panic!("{name}: {json}"));
-    for name in ["source", "masks only", "high", "diagonal, conv causal", "row 59, conv look-ahead"] {
+    for name in ["source", "high", "reference"] {
         let distance = &named(name)["distance"];
         for figure in ["avcloud_mag", "audible_lsd_db", "avcloud_lre_db", "level_db"] {
             assert!(distance[figure].as_f64().is_some_and(f64::is_finite), "{name}: {figure}: {json}");
         }
     }
-    assert_eq!(named("diagonal, conv look-ahead")["lookahead_hops"].as_u64(), Some(5));
+    assert_eq!(named("reference")["lookahead_hops"].as_u64(), Some(5));
     assert!(named("source")["real_time"].is_null() && json["cloud"]["decode_ms"].as_f64().is_some_and(|ms| ms > 0.0));
 
     // Held-out measurements come first, the cloud after them; its bins are not the room's.
@@ -466,14 +464,14 @@ fn a_clouds_streams_are_compared_with_its_clips() {
     assert!(at("held-out pose") < at("tier ") && at("tier ") < at("stream "), "{table}");
     let streams: Vec<&str> = table[at("stream ")..].lines().skip(1).filter_map(|l| l.split_whitespace().next()).collect();
     assert_eq!(streams[..4], ["source", "draft", "standard", "high"], "{table}");
-    assert!(table.contains("cannot be streamed: the model's masks have 33 bands"), "{table}");
+    assert!(table.contains("nothing to compare with: the model's masks have 33 bands"), "{table}");
 }
 
 #[test]
 fn a_checkpoint_becomes_a_scene_that_every_tier_renders() {
     let place = Place::new();
     let imported = place.text("imported.promenade");
-    import("nested.pth", &imported, "2");
+    import("simple_sh.safetensors", &imported);
     let (text, _) = succeeds(&["inspect", &imported]);
     assert!(text.contains("simple-sh, 4 anchors") && text.contains("high"), "{text}");
 
@@ -509,7 +507,7 @@ fn a_checkpoint_becomes_a_scene_that_every_tier_renders() {
         (vec!["render", &baked, &dry, &twice, "--tier", "clip", "--low-cut", "80"], "knows no parts"),
         (vec!["bake", "field", &room, "-o", &baked], "anchor cloud"),
         (vec!["import", &dry, "-o", &imported], "dry.wav"),
-        (vec!["import", &checkpoint("nested.pth"), "-o", &imported], "max_norm"),
+        (vec!["import", &checkpoint("simple_sh.safetensors"), "-o", &imported], "the scene's anchors"),
     ]);
 }
 

@@ -13,14 +13,13 @@ use std::path::Path;
 fn an_option_of_import_replaces_one_quantity_of_the_anchor_files_placement() {
     let place = Place::new();
     let (anchors, out) = (place.text("anchors.safetensors"), place.text("out.promenade"));
-    let mut set = AnchorSet::load(Path::new(&checkpoint("anchors.npz"))).unwrap();
+    let mut set = AnchorSet::load(Path::new(&checkpoint("anchors.safetensors"))).unwrap();
     let stated = Placement { units_per_metre: 4.0, rotation: Quat::from_rotation_x(1.0), origin: Vec3::new(1.0, 2.0, 3.0) };
     set.placement = stated;
     set.save(Path::new(&anchors)).unwrap();
-    let weights = checkpoint("sh.pth");
-    let settings = ["--max-norm", "25", "--sample-rate", "8000", "--n-fft", "8", "--hop", "4", "--heads", "1"];
+    let weights = checkpoint("sh.safetensors");
     let import = |options: &[&str]| {
-        succeeds(&[&["import", &weights, "--anchors", &anchors, "-o", &out], &settings[..], options].concat());
+        succeeds(&[&["import", &weights, "--anchors", &anchors, "-o", &out], options].concat());
         let scene = Scene::from_bytes(&std::fs::read(&out).unwrap()).unwrap();
         (scene.cloud().unwrap().model.parts().placement, scene.provenance().recipe.clone())
     };
@@ -33,10 +32,9 @@ fn an_option_of_import_replaces_one_quantity_of_the_anchor_files_placement() {
     assert_eq!(upright, Placement { rotation: upright.rotation, ..stated });
     assert_eq!(
         recipe,
-        "promenade import sh.pth --up 0,-1,0 --anchors anchors.safetensors --max-norm 25 --sample-rate 8000 --n-fft 8 --hop 4 \
-         --heads 1 --bounds 0,0,0,4,3,2 --start 1,2,1,90,0,0 --taps 32 --conv look-ahead --projection diagonal --seed 1"
+        "promenade import sh.safetensors --up 0,-1,0 --anchors anchors.safetensors --bounds 0,0,0,4,3,2 --start 1,2,1,90,0,0 --taps 32 --conv look-ahead --projection diagonal --seed 1"
     );
-    let said = fails(&[&["import", &weights, "--anchors", &anchors, "-o", &out, "--origin", "first"], &settings[..]].concat());
+    let said = fails(&["import", &weights, "--anchors", &anchors, "-o", &out, "--origin", "first"]);
     assert!(said.contains("option origin: expected keep or a point, where there are no cameras, found first"), "{said}");
 }
 

@@ -1,7 +1,7 @@
 //! Rooms fitted to measured responses.
 //!
 //! [`Measurements`] are read from files, [`Figures`] describe a response, and [`baselines`] what can be predicted without a
-//! room. [`quick_fit`] and [`full_fit`] find a [`FittedRoom`], of which [`Prediction`] makes responses at other places.
+//! room. [`full_fit`] finds a [`FullFit`], of which [`Prediction`] makes responses at other places.
 
 #![forbid(unsafe_code)]
 
@@ -22,10 +22,7 @@ pub use appearance::{Pictures, Raster, View, similarity};
 pub use bands::{BANDS, Bands, Estimate, FITTED_HZ, PerBand};
 pub use early::Chain;
 pub use error::FitError;
-pub use fits::{
-    Alike, Found, FullFit, FullOptions, OctaveFit, QuickFit, Saved, SurfaceFit, VoxelFit, WallFound, full_fit, octave_t20_s,
-    quick_fit,
-};
+pub use fits::{Alike, Found, FullFit, FullOptions, Saved, SurfaceFit, VoxelFit, WallFound, full_fit, octave_t20_s};
 pub use late::{Histories, Surface};
 pub use measurements::{Clock, Convention, Errors, Figures, LEAST_RESPONSES, LoadOptions, Measurement, Measurements, Place};
 pub use numerics::Random;
@@ -34,8 +31,7 @@ pub use prediction::{
     prediction_errors,
 };
 pub use report::{
-    Curve, FittedRoom, MaterialsBeside, PictureNames, SourceBeside, absorption_svg, box_obj, decays_svg, full_mesh, plan_svg,
-    table,
+    Curve, MaterialsBeside, PictureNames, SourceBeside, absorption_svg, box_obj, decays_svg, full_mesh, plan_svg, table,
 };
 pub use room::{BoxPath, FlatRoom, FlatWall, Form, MOST_PATCHES, Patch, Path, Sequences, Voxels, WALLS, Walls};
 pub use search::{Scanned, Searched, search_box};

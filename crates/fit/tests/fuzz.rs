@@ -12,20 +12,6 @@ static ALLOCATOR: Counting = Counting;
 /// What a file of some kilobytes and the sounds beside it may take at a time, bytes.
 const FILE_BYTES: usize = 64 << 20;
 
-/// An array of NumPy.
-fn npy(shape: &str, values: &[f32]) -> Vec<u8> {
-    let mut head = format!("{{'descr': '<f4', 'fortran_order': False, 'shape': {shape}, }}");
-    while (10 + head.len() + 1) % 64 != 0 {
-        head.push(' ');
-    }
-    head.push('\n');
-    let mut bytes = b"\x93NUMPY\x01\x00".to_vec();
-    bytes.extend(u16::try_from(head.len()).unwrap().to_le_bytes());
-    bytes.extend(head.as_bytes());
-    bytes.extend(values.iter().flat_map(|v| v.to_le_bytes()));
-    bytes
-}
-
 /// A second of a room that dies away.
 fn response(seed: u64) -> Vec<f32> {
     let mut samples = vec![0.0; 2400];
@@ -44,19 +30,9 @@ fn measured_sets() {
     let table = "file,setting,a,b,c,d,x,y,z,e\na.wav,000,1,2,3,4,1.5,2.5,1.2,9\na.wav,111,1,2,3,4,1.5,nan,1.2,9\n";
     let whole = [
         Input::new("measurements.json", manifest),
-        Input::new("pos_mic.npy", npy("(1, 3)", &[3.0, 2.5, 1.2])),
-        Input::new("pos_src.npy", npy("(1, 3)", &[1.0, 2.0, 1.5])),
-        Input::new("ir_0.npy", npy("(1, 2400)", &response(1))),
-        Input::new("RIRs.npy", npy("(2, 2400)", &[response(2), response(3)].concat())),
-        Input::new("xyzs.npy", npy("(2, 3)", &[3.0, 2.5, 1.2, 2.0, 1.5, 1.2])),
         Input::new("positions_derived.csv", table),
     ];
-    let layouts: [&[&str]; 4] = [
-        &["measurements.json", "a.wav"],
-        &["pos_mic.npy", "pos_src.npy", "ir_0.npy"],
-        &["RIRs.npy", "xyzs.npy"],
-        &["positions_derived.csv", "RIRs_flac24"],
-    ];
+    let layouts = [["measurements.json", "a.wav"], ["positions_derived.csv", "RIRs_flac24"]];
     let options = LoadOptions {
         source_m: Some([0.5, 0.5, 1.0]),
         setting: Some("000".into()),

@@ -5,7 +5,7 @@
 mod truth;
 
 use promenade_fit::{
-    Bands, FittedRoom, FlatRoom, Form, FullFit, FullOptions, Measurements, Saved, Walls, full_fit, octave_t20_s, search_box,
+    Bands, FlatRoom, Form, FullFit, FullOptions, Measurements, Saved, Walls, full_fit, octave_t20_s, search_box,
 };
 use std::time::Instant;
 use truth::{PANEL, RATE, Truth, absorption};

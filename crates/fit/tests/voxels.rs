@@ -7,8 +7,8 @@ use promenade_acoustics::Air;
 use promenade_core::glam::{DMat3, DQuat, DVec3};
 use promenade_core::network::Placement;
 use promenade_fit::{
-    BANDS, Clock, FittedRoom, FlatRoom, FullFit, FullOptions, MaterialsBeside, Measurement, Measurements, Pictures, Place,
-    Random, Raster, View, Voxels, Walls, full_fit, full_mesh,
+    BANDS, Clock, FlatRoom, FullFit, FullOptions, MaterialsBeside, Measurement, Measurements, Pictures, Place, Random, Raster,
+    View, Voxels, Walls, full_fit, full_mesh,
 };
 use promenade_fourier::num_complex::Complex64;
 use promenade_fourier::signal;

@@ -1,7 +1,7 @@
 //! What a step of training costs: `cargo bench -p promenade-trainer --bench step_cost`.
 //!
 //! Batches of 6 one-second clips at 22,050 Hz of noise, on as many threads as there are processors; medians of the wall times
-//! of single steps. `step_cost.py` beside it times PyTorch on the second and the fourth row.
+//! of single steps. `step_cost.py` beside it times PyTorch on the second row.
 
 use promenade_baker::anchors::AnchorSet;
 use promenade_baker::capture::{Capture, Clip, Emitter, Split, Track, Voice};
@@ -9,7 +9,7 @@ use promenade_core::glam::Vec3;
 use promenade_core::network::Placement;
 use promenade_core::random::Random;
 use promenade_core::{CameraPath, Keyframe, Pose};
-use promenade_trainer::{Device, HeadKind, NetworkSettings, TrainSettings, Trainer};
+use promenade_trainer::{Device, NetworkSettings, TrainSettings, Trainer};
 use std::time::Instant;
 
 const RATE: usize = 22_050;
@@ -59,13 +59,9 @@ fn main() {
     let published =
         NetworkSettings { width: 128, layers: 3, feed_forward: 512, bands: 257, octaves: 10, ..NetworkSettings::default() };
     println!("{threads} threads, batches of 6 clips of 1 s, medians of {STEPS} steps");
-    let with = |head, conv| NetworkSettings { head, conv, ..published.clone() };
     let cases = [
         ("taps, N=64, F=64, C=64, 2 layers", 64, NetworkSettings::default()),
-        ("taps, N=256, F=257, C=128, 3 layers", 256, published.clone()),
-        ("sh, the same, without convolution layers", 256, with(HeadKind::Sh, false)),
-        ("sh, the same, with convolution layers", 256, with(HeadKind::Sh, true)),
-        ("full, the same, with convolution layers", 256, with(HeadKind::Full, true)),
+        ("taps, N=256, F=257, C=128, 3 layers", 256, published),
     ];
     for (name, count, network) in cases {
         let settings = TrainSettings { network, steps: 1000, ..TrainSettings::default() };

@@ -13,7 +13,7 @@ use std::path::Path;
 
 /// Key of the metadata, a single one so that equal states are equal files.
 const KEY: &str = "promenade_training";
-const VERSION: u32 = 2;
+const VERSION: u32 = 3;
 /// Prefixes of the arrays.
 const PARTS: [&str; 3] = ["weights.", "first.", "second."];
 /// The largest file that is read.
@@ -34,10 +34,6 @@ pub struct Checkpoint {
     pub losses: Vec<f64>,
     /// Tells captures apart: a training goes on with its own.
     pub capture: u64,
-    /// Which of the anchor files that were given, as a search found.
-    pub anchors: usize,
-    /// What was tried before.
-    pub notes: Vec<String>,
 }
 
 /// A point of the loss curve.
@@ -61,8 +57,6 @@ struct Header {
     curve: Vec<CurvePoint>,
     losses: Vec<f64>,
     capture: u64,
-    anchors: usize,
-    notes: Vec<String>,
 }
 
 impl Checkpoint {
@@ -80,8 +74,6 @@ impl Checkpoint {
             curve: self.curve.clone(),
             losses: self.losses.clone(),
             capture: self.capture,
-            anchors: self.anchors,
-            notes: self.notes.clone(),
         };
         let header = serde_json::to_string(&header).map_err(|e| unwritten(e.into()))?;
         let [first, second] = &self.optimiser.moments;
@@ -137,7 +129,7 @@ impl Checkpoint {
         }
         let [weights, first, second] = parts;
         let optimiser = AdamW { moments: [first, second], steps: header.steps };
-        let Header { settings, curve, losses, capture, anchors, notes, .. } = header;
-        Ok(Self { settings, weights, optimiser, curve, losses, capture, anchors, notes })
+        let Header { settings, curve, losses, capture, .. } = header;
+        Ok(Self { settings, weights, optimiser, curve, losses, capture })
     }
 }

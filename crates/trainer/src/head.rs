@@ -1,18 +1,14 @@
 //! What follows the network: renders clips, compares them with what was recorded, and gives the derivatives back.
 
-pub(crate) mod published;
 pub(crate) mod streaming;
 
 use crate::responses::ClipResponse;
 use crate::simulated::Simulated;
-use crate::weights::Arrays;
 use promenade_core::Pose;
 use promenade_core::network::CloudEmitter;
-use published::PublishedHead;
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 use std::sync::Arc;
-use streaming::StreamingHead;
 
 /// A clip in training.
 #[derive(Clone, Debug, PartialEq)]
@@ -25,7 +21,7 @@ pub struct Example<'a> {
     pub binaural: [&'a [f32]; 2],
     /// The listener.
     pub pose: Pose,
-    /// What the clip tells of the room by itself; nothing where its direct sound does not stand out, and for AV-Cloud's heads.
+    /// What the clip tells of the room by itself; nothing where its direct sound does not stand out.
     pub(crate) response: Option<Arc<ClipResponse>>,
 }
 
@@ -47,8 +43,7 @@ pub(crate) struct Prediction {
     pub(crate) mixture: Vec<f32>,
     /// Difference mask, one value per query.
     pub(crate) difference: Vec<f32>,
-    /// The room: coefficients of the tap shapes, `[query][ear][shape]`, or the time filter's output, `[frame][bin]`; empty
-    /// without one.
+    /// The room: coefficients of the tap shapes, `[query][ear][shape]`; empty without one.
     pub(crate) room: Vec<f32>,
 }
 
@@ -61,37 +56,6 @@ pub(crate) struct LossGradient {
     pub(crate) predictions: Vec<Prediction>,
     /// By the head's own weights, by name.
     pub(crate) weights: BTreeMap<String, Vec<f32>>,
-}
-
-/// The render head that is trained.
-pub(crate) enum RenderHead {
-    /// The engine's, hop by hop.
-    Streaming(Box<StreamingHead>),
-    /// AV-Cloud's, clip by clip.
-    Published(PublishedHead),
-}
-
-impl RenderHead {
-    /// Both ears' sound of clips, in order.
-    pub(crate) fn render(
-        &mut self,
-        examples: &[Example<'_>],
-        predictions: &[Prediction],
-        weights: &Arrays,
-    ) -> Vec<[Vec<f32>; 2]> {
-        match self {
-            Self::Streaming(head) => head.render(examples, predictions, weights),
-            Self::Published(head) => head.render(examples, predictions, weights),
-        }
-    }
-
-    /// Renders clips, and gives the derivatives of their mean loss.
-    pub(crate) fn loss(&mut self, examples: &[Example<'_>], predictions: &[Prediction], weights: &Arrays) -> LossGradient {
-        match self {
-            Self::Streaming(head) => head.loss(examples, predictions, weights),
-            Self::Published(head) => head.loss(examples, predictions, weights),
-        }
-    }
 }
 
 /// Does something for every clip and its voices' predictions, on as many threads as there are workers; the results are in the

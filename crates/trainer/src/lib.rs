@@ -1,8 +1,7 @@
 //! Training: captures in, anchor clouds with their networks out.
 //!
 //! The network (AV-Cloud's transformer) is a differentiable graph. The render head after it is core's own, so that training
-//! hears what the plugin plays; its derivatives are core's too: [`promenade_core::gradient::ClipRender`], and for the published
-//! head [`promenade_core::gradient::PublishedAdjoint`].
+//! hears what the plugin plays; its derivatives are core's too: [`promenade_core::gradient::ClipRender`].
 
 mod checkpoint;
 mod gains;
@@ -12,21 +11,18 @@ pub mod refinement;
 mod response_loss;
 mod responses;
 mod scene;
-mod search;
 pub mod settings;
 mod setup;
 mod simulated;
 mod softmax;
 mod spectral_loss;
-mod time_filter;
 mod training;
 mod weights;
 
 pub use burn::tensor::Device;
 pub use checkpoint::{Checkpoint, CurvePoint};
 pub use head::{Example, ExampleVoice};
-pub use search::{Trial, WORTH, search};
-pub use settings::{HeadKind, LossSettings, NetworkSettings, TrainSettings};
+pub use settings::{LossSettings, NetworkSettings, TrainSettings};
 pub use simulated::Simulate;
 pub use training::{Scores, StepReport, Trainer};
 pub use weights::{AdamW, Arrays};

@@ -11,7 +11,6 @@ use burn::tensor::{Device, Gradients, Tensor, TensorData};
 use promenade_core::decode::MAX_LOG_COEFFICIENT;
 use promenade_core::glam::Vec3;
 use promenade_core::network::Listener;
-use promenade_core::published::spherical_harmonics;
 use std::collections::BTreeMap;
 
 /// Ends of the queries' encoding.
@@ -175,7 +174,7 @@ impl Graph {
             let levels = heard.iter().flat_map(|h| h.simulated.iter().copied().flatten().copied()).collect();
             t = each(t) + self.linear("sim_prj", matrix(levels, FEATURES, &self.device));
         }
-        let mut attention = None;
+        let mut attention = Tensor::<4>::zeros([batch, settings.heads, bands, anchors], &self.device);
         for layer in 0..settings.layers {
             let stem = format!("decoder.layers.{layer}");
             // Before anything of the listeners comes in, one computation does for all of them.
@@ -188,47 +187,21 @@ impl Graph {
             }
             let cross = format!("{stem}.multihead_attn");
             let (crossed, weights) = self.attend(&cross, [t.clone(), key.clone(), value.clone()], batch, settings.heads);
-            attention = Some(weights);
+            attention = weights;
             t = self.norm(&format!("{stem}.norm2"), t + crossed);
             let wide = relu(self.linear(&format!("{stem}.linear1"), t.clone()));
             t = self.norm(&format!("{stem}.norm3"), t + self.linear(&format!("{stem}.linear2"), wide));
         }
         let embedding = self.norm("decoder.norm", t);
-        let mixture = match attention {
-            Some(weights) if settings.audio_embedding => {
-                // Linear in the weights averaged over heads: each anchor's features come to one number.
-                let gains = self.get("_audio_features_f").matmul(self.get("mix_prj.weight").transpose());
-                let mean = weights.mean_dim(1).reshape([batch * bands, anchors]);
-                mean.matmul(gains) + self.get("mix_prj.bias")
-            }
-            _ => self.linear("mix_prj", embedding.clone()),
-        };
-        let difference = if settings.two_masks {
-            sigmoid(self.linear("diff_prj", embedding.clone())) * 2.0 - 1.0
-        } else {
-            Tensor::zeros([batch * bands, 1], &self.device)
-        };
+        // Linear in the weights averaged over heads: each anchor's features come to one number.
+        let gains = self.get("_audio_features_f").matmul(self.get("mix_prj.weight").transpose());
+        let mixture = attention.mean_dim(1).reshape([batch * bands, anchors]).matmul(gains) + self.get("mix_prj.bias");
+        let difference = sigmoid(self.linear("diff_prj", embedding.clone())) * 2.0 - 1.0;
         Decoded {
             mixture: mixture.reshape([batch, bands]),
             difference: difference.reshape([batch, bands]),
             embedding: embedding.reshape([batch, bands, width]),
         }
-    }
-
-    /// Spherical harmonics of the directions from listeners to anchors, `[anchor][harmonic][listener]`, in the cloud's axes.
-    #[must_use]
-    pub(crate) fn harmonics(&self, cloud: &Cloud, heard: &[Query<'_>], degree: usize) -> Tensor<3> {
-        let (anchors, count, batch) = (cloud.anchors.len(), (degree + 1).pow(2), heard.len());
-        let mut values = vec![0.0; anchors * count * batch];
-        for (a, anchor) in cloud.anchors.iter().enumerate() {
-            for (b, Query { listener, .. }) in heard.iter().enumerate() {
-                let harmonics = spherical_harmonics((*anchor - listener.centre).normalize_or_zero());
-                for (h, y) in harmonics.iter().enumerate().take(count) {
-                    values[(a * count + h) * batch + b] = *y;
-                }
-            }
-        }
-        Tensor::from_data(TensorData::new(values, [anchors, count, batch]), &self.device)
     }
 
     /// Coefficients of the tap shapes, `[listener][query, ear, shape]`.

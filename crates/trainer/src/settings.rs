@@ -3,31 +3,10 @@
 use promenade_baker::BakeError;
 use serde::{Deserialize, Serialize};
 
-/// The render head that is trained.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum HeadKind {
-    /// The engine's: taps per band, which stream.
-    #[default]
-    Taps,
-    /// AV-Cloud's with time filters from spherical harmonics, for clips of one length.
-    Sh,
-    /// AV-Cloud's with time filters from a hyper-network, for clips of one length.
-    Full,
-}
-
 /// Sizes and parts of the network.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct NetworkSettings {
-    /// The render head. AV-Cloud's have no emitter and a query for every bin; `emitter` and `bands` do not apply to them.
-    pub head: HeadKind,
-    /// Whether AV-Cloud's heads have their convolution layers.
-    pub conv: bool,
-    /// Degree of the spherical harmonics of [`HeadKind::Sh`], 0 to 3.
-    pub degree: usize,
-    /// Hidden units of the hyper-network of [`HeadKind::Full`].
-    pub hyper: usize,
     /// Width C of embeddings, a multiple of 8 times `heads`.
     pub width: usize,
     /// Attention heads.
@@ -42,17 +21,10 @@ pub struct NetworkSettings {
     pub octaves: usize,
     /// The highest factor of that encoding; published: 1024, which makes masks change within millimetres.
     pub highest: f32,
-    /// Explicit taps of the stream; 0 for no room, in AV-Cloud's heads no time filter.
+    /// Explicit taps of the stream; 0 for no room.
     pub taps: usize,
     /// Shapes that the taps are made of.
     pub tap_shapes: usize,
-    /// Whether anchors have colours.
-    pub colour: bool,
-    /// Whether the mixture mask is read off the anchors' audio embeddings by the attention, instead of off the queries'
-    /// embedding; without them there is no scene, since the engine has only the former.
-    pub audio_embedding: bool,
-    /// Whether the ears have masks of their own.
-    pub two_masks: bool,
     /// Whether the emitter, where it is known, gives distance and interaural delay.
     pub emitter: bool,
     /// Whether the network is told what a simulated room gives for emitter and listener, and corrects that.
@@ -62,10 +34,6 @@ pub struct NetworkSettings {
 impl Default for NetworkSettings {
     fn default() -> Self {
         Self {
-            head: HeadKind::Taps,
-            conv: true,
-            degree: 1,
-            hyper: 32,
             width: 64,
             heads: 4,
             layers: 2,
@@ -75,9 +43,6 @@ impl Default for NetworkSettings {
             highest: 4.0,
             taps: 32,
             tap_shapes: 2,
-            colour: true,
-            audio_embedding: true,
-            two_masks: true,
             emitter: true,
             simulated: false,
         }
@@ -171,10 +136,6 @@ impl TrainSettings {
     pub fn check(&self) -> Result<(), BakeError> {
         let NetworkSettings { width, heads, layers, feed_forward, bands, octaves, taps, tap_shapes, highest, .. } =
             self.network;
-        if self.network.simulated && self.network.head != HeadKind::Taps {
-            let expected = "the head taps".to_owned();
-            return Err(BakeError::argument("head that corrects a simulation", expected, "AV-Cloud's"));
-        }
         let within = |what: &'static str, found: usize, low: usize, high: usize| {
             let fits = (low..=high).contains(&found);
             let error = || BakeError::argument(what, format!("{low} to {high}"), found);
@@ -191,8 +152,6 @@ impl TrainSettings {
         within("query frequencies", bands, 2, 4096)?;
         within("octaves of the encoding", octaves, 1, 32)?;
         within("taps", taps, 0, 1024)?;
-        within("degree of the harmonics", self.network.degree, 0, 3)?;
-        within("hidden units of the hyper-network", self.network.hyper, 1, 1024)?;
         within("shapes of the taps", tap_shapes, 1, 16)?;
         within("clips of a step", self.batch, 1, 1024)?;
         within("steps", self.steps, 1, 10_000_000)?;

@@ -1,8 +1,7 @@
 //! What a training is set up with besides weights: the grid, the room's bands, the anchors, the emitter.
 
 use crate::responses::{ClipResponses, decay_times};
-use crate::settings::{HeadKind, TrainSettings};
-use promenade_baker::BakeError;
+use crate::settings::TrainSettings;
 use promenade_baker::anchors::AnchorSet;
 use promenade_baker::capture::{Capture, reverberation_times};
 use promenade_core::glam::Vec3;
@@ -11,8 +10,6 @@ use promenade_core::{Bands, Pose, StftGrid, TailModel};
 
 /// Reverberation time of bands in which nothing sounds, seconds.
 const SILENT_T60_S: f32 = 0.4;
-/// Frames of a clip that the engine takes.
-const MAX_FRAMES: usize = 1024;
 
 /// The anchors that the network attends to.
 #[derive(Clone, Debug, PartialEq)]
@@ -46,8 +43,6 @@ pub(crate) struct Setup {
     pub(crate) placement: Placement,
     /// The capture's emitters, where they are known and used.
     pub(crate) emitters: Vec<CloudEmitter>,
-    /// Frames of every clip, for heads that take clips of one length; otherwise 0.
-    pub(crate) frames: usize,
 }
 
 /// The transform of the masks at a rate: four hops of about 5.8 ms.
@@ -57,21 +52,9 @@ pub(crate) fn grid(sample_rate_hz: f64) -> StftGrid {
 
 impl Setup {
     /// For a capture and anchors: masks at `bands` frequencies as the ear spaces them.
-    ///
-    /// # Errors
-    /// Clips of different lengths, or of more frames than a model may have, for a head that takes clips of one length.
-    pub(crate) fn new(
-        capture: &Capture,
-        responses: &ClipResponses,
-        anchors: &AnchorSet,
-        settings: &TrainSettings,
-    ) -> Result<Self, BakeError> {
+    pub(crate) fn new(capture: &Capture, responses: &ClipResponses, anchors: &AnchorSet, settings: &TrainSettings) -> Self {
         let rate = capture.sample_rate_hz;
         let grid = grid(rate);
-        let frames = match settings.network.head {
-            HeadKind::Taps => 0,
-            HeadKind::Sh | HeadKind::Full => common_length(capture, &grid)? / grid.hop + 1,
-        };
         let bands = Bands::for_rate(rate);
         let told = decay_times(responses, bands.count(), grid.hop_s());
         // What the responses do not tell, the recordings' energies do.
@@ -82,12 +65,11 @@ impl Setup {
         let network = &settings.network;
         let centre = anchors.positions.iter().sum::<Vec3>() / anchors.positions.len().max(1) as f32;
         let farthest = anchors.positions.iter().map(|p| p.distance(centre)).fold(0.0_f32, f32::max);
-        let features = if network.colour { anchors.features.clone() } else { vec![0.0; anchors.features.len()] };
         let known = capture.emitters.iter().filter(|_| network.emitter);
         let emitters: Vec<_> = known.map(|e| CloudEmitter::with_sphere(e.position, HEAD_RADIUS_M)).collect();
         let mut cloud = Cloud {
             anchors: anchors.positions.clone(),
-            features,
+            features: anchors.features.clone(),
             max_norm: farthest.max(1e-3),
             has_emitter: emitters.len() > 1,
         };
@@ -96,41 +78,13 @@ impl Setup {
             cloud.anchors.push(in_cloud(&anchors.placement, first.position));
             cloud.features.extend(std::iter::repeat_n(EMITTER_FEATURE, features));
         }
-        Ok(Self {
-            frames,
-            queries: queries(&grid, network.bands),
-            cloud,
-            placement: anchors.placement,
-            emitters,
-            grid,
-            bands,
-            tail,
-        })
+        Self { queries: queries(&grid, network.bands), cloud, placement: anchors.placement, emitters, grid, bands, tail }
     }
 }
 
 /// A place of the scene's world in the cloud's.
 pub(crate) fn in_cloud(placement: &Placement, position: Vec3) -> Vec3 {
     placement.listener(&Pose { position, ..Pose::IDENTITY }).centre
-}
-
-/// The length that all clips have, samples.
-fn common_length(capture: &Capture, grid: &StftGrid) -> Result<usize, BakeError> {
-    let longest = capture.clips.iter().map(|c| c.len).max().unwrap_or(0);
-    let wrong = |found: String| {
-        BakeError::argument(
-            "clips for AV-Cloud's own render head",
-            format!("all of one length, {} to {} samples", 2 * grid.n_fft, MAX_FRAMES * grid.hop - 1),
-            found,
-        )
-    };
-    if let Some(other) = capture.clips.iter().find(|c| c.len != longest) {
-        return Err(wrong(format!("'{}' of {} samples beside others of {longest}", other.name, other.len)));
-    }
-    if !(2 * grid.n_fft..MAX_FRAMES * grid.hop).contains(&longest) {
-        return Err(wrong(format!("{longest} samples")));
-    }
-    Ok(longest)
 }
 
 /// Query frequencies: all bins, or fewer, evenly spaced in ERB numbers (Glasberg and Moore 1990).

@@ -1,13 +1,12 @@
 //! The loop: clips in, better weights out.
 
 use crate::checkpoint::{Checkpoint, CurvePoint};
-use crate::head::published::PublishedHead;
 use crate::head::streaming::StreamingHead;
-use crate::head::{Example, ExampleVoice, LossGradient, Prediction, RenderHead};
+use crate::head::{Example, ExampleVoice, LossGradient, Prediction};
 use crate::network::{Decoded, Graph, Query};
 use crate::responses::{ClipResponses, clip_responses};
 use crate::scene::scene;
-use crate::settings::{HeadKind, TrainSettings};
+use crate::settings::TrainSettings;
 use crate::setup::{Setup, fingerprint, grid, in_cloud};
 use crate::simulated::{Simulate, SimulatedClips, Simulation};
 use crate::weights::{AdamW, Arrays, start};
@@ -65,7 +64,7 @@ pub struct Trainer<'a> {
     simulated: SimulatedClips,
     simulation: Option<Simulation>,
     device: Device,
-    head: RenderHead,
+    head: StreamingHead,
     weights: Arrays,
     optimiser: AdamW,
     curve: Vec<CurvePoint>,
@@ -86,69 +85,18 @@ impl<'a> Trainer<'a> {
         device: Device,
         threads: usize,
     ) -> Result<Self, BakeError> {
-        let responses = responses(capture, &settings);
-        Self::with_responses(capture, responses, anchors, settings, device, threads)
-    }
-
-    /// Training of a network that corrects a simulated room: the settings' `simulated` is set.
-    ///
-    /// # Errors
-    /// What [`Self::new`] refuses; a clip whose emitter is not known, and what simulating meets.
-    pub fn on_simulation(
-        capture: &'a Capture,
-        anchors: &AnchorSet,
-        mut settings: TrainSettings,
-        device: Device,
-        threads: usize,
-        simulate: &Simulate<'_>,
-    ) -> Result<Self, BakeError> {
-        settings.network.simulated = true;
-        let responses = responses(capture, &settings);
-        let mut trainer = Self::with_responses(capture, responses, anchors, settings, device, threads)?;
-        let Setup { grid, bands, tail, queries, .. } = &trainer.setup;
-        let simulation = Simulation::new(grid, bands, tail, queries, trainer.settings.network.taps);
-        let clips = || capture.split(Split::Test).chain(trainer.clips.iter().flatten());
-        trainer.simulated = simulation.of_clips(capture, clips(), &trainer.responses, simulate)?;
-        trainer.simulation = Some(simulation);
-        Ok(trainer)
-    }
-
-    /// Training on a capture, with the responses of its clips.
-    pub(crate) fn with_responses(
-        capture: &'a Capture,
-        responses: Arc<ClipResponses>,
-        anchors: &AnchorSet,
-        mut settings: TrainSettings,
-        device: Device,
-        threads: usize,
-    ) -> Result<Self, BakeError> {
         settings.check()?;
-        if settings.network.head != HeadKind::Taps {
-            (settings.network.bands, settings.network.emitter) = (grid(capture.sample_rate_hz).bins(), false);
-        }
         for split in [Split::Train, Split::Test] {
             if capture.split(split).next().is_none() {
                 let what = "clips of the capture";
                 return Err(BakeError::argument(what, format!("some to {}", split.name()), "none"));
             }
         }
-        let setup = Setup::new(capture, &responses, anchors, &settings)?;
+        let responses = responses(capture, &settings);
+        let setup = Setup::new(capture, &responses, anchors, &settings);
         let weights = start(&settings, &setup);
-        let head =
-            match settings.network.head {
-                HeadKind::Taps => {
-                    let known = (&setup.grid, &setup.bands, &setup.tail);
-                    let (network, loss) = (&settings.network, &settings.loss);
-                    let head = StreamingHead::new(network, loss, &setup.queries, known, threads);
-                    RenderHead::Streaming(Box::new(head))
-                }
-                HeadKind::Sh | HeadKind::Full => {
-                    let head = PublishedHead::new(&settings, setup.grid, setup.frames, threads);
-                    RenderHead::Published(head.map_err(|e| {
-                        BakeError::argument("clips of the capture", "clips that AV-Cloud's render head takes", e)
-                    })?)
-                }
-            };
+        let known = (&setup.grid, &setup.bands, &setup.tail);
+        let head = StreamingHead::new(&settings.network, &settings.loss, &setup.queries, known, threads);
         Ok(Self {
             fingerprint: fingerprint(capture, &setup),
             responses,
@@ -165,6 +113,28 @@ impl<'a> Trainer<'a> {
             curve: Vec::new(),
             losses: Vec::new(),
         })
+    }
+
+    /// Training of a network that corrects a simulated room: the settings' `simulated` is set.
+    ///
+    /// # Errors
+    /// What [`Self::new`] refuses; a clip whose emitter is not known, and what simulating meets.
+    pub fn on_simulation(
+        capture: &'a Capture,
+        anchors: &AnchorSet,
+        mut settings: TrainSettings,
+        device: Device,
+        threads: usize,
+        simulate: &Simulate<'_>,
+    ) -> Result<Self, BakeError> {
+        settings.network.simulated = true;
+        let mut trainer = Self::new(capture, anchors, settings, device, threads)?;
+        let Setup { grid, bands, tail, queries, .. } = &trainer.setup;
+        let simulation = Simulation::new(grid, bands, tail, queries, trainer.settings.network.taps);
+        let clips = || capture.split(Split::Test).chain(trainer.clips.iter().flatten());
+        trainer.simulated = simulation.of_clips(capture, clips(), &trainer.responses, simulate)?;
+        trainer.simulation = Some(simulation);
+        Ok(trainer)
     }
 
     /// Goes on from where a training was.
@@ -201,8 +171,6 @@ impl<'a> Trainer<'a> {
             curve: self.curve.clone(),
             losses: self.losses.clone(),
             capture: self.fingerprint,
-            anchors: 0,
-            notes: Vec::new(),
         }
     }
 
@@ -270,21 +238,17 @@ impl<'a> Trainer<'a> {
     }
 
     /// The transfer function that the network predicts for a pose and an emitter of the capture, as the engine's render head
-    /// takes it; none with AV-Cloud's heads.
+    /// takes it.
     #[must_use]
-    pub fn transfer(&mut self, pose: &Pose, emitter: Option<usize>) -> Option<TransferFunction> {
+    pub fn transfer(&mut self, pose: &Pose, emitter: Option<usize>) -> TransferFunction {
         let emitter = emitter.and_then(|number| self.setup.emitters.get(number)).copied();
         self.filters(pose, ExampleVoice { dry: Vec::new(), emitter, simulated: None })
     }
 
-    fn filters(&mut self, pose: &Pose, voice: ExampleVoice) -> Option<TransferFunction> {
-        if let RenderHead::Published(_) = self.head {
-            return None;
-        }
+    fn filters(&mut self, pose: &Pose, voice: ExampleVoice) -> TransferFunction {
         let example = Example { voices: vec![voice], pre_roll: 0, binaural: [&[], &[]], pose: *pose, response: None };
         let parts = self.decode(&Graph::new(&self.weights, &self.device), std::slice::from_ref(&example));
-        let RenderHead::Streaming(head) = &self.head else { return None };
-        Some(head.transfer(pose, &example.voices[0], &predictions(&parts)[0], &self.weights))
+        self.head.transfer(pose, &example.voices[0], &predictions(&parts)[0], &self.weights)
     }
 
     /// A simulated response of both ears to an emitter anywhere, world metres, as the network corrects it, with the level of
@@ -296,7 +260,7 @@ impl<'a> Trainer<'a> {
         let (own, centre) = simulation.of(ears, gain);
         let (own, emitter) = (Arc::new(own), CloudEmitter::with_sphere(emitter, HEAD_RADIUS_M));
         let voice = ExampleVoice { dry: Vec::new(), emitter: Some(emitter), simulated: Some(own.clone()) };
-        let corrected = self.filters(pose, voice)?;
+        let corrected = self.filters(pose, voice);
         Some(own.reshaped(ears, centre, gain, &corrected, (&self.setup.grid, &self.setup.bands)))
     }
 
@@ -309,8 +273,7 @@ impl<'a> Trainer<'a> {
         for clips in clips.chunks(self.settings.batch.max(1)) {
             let examples: Vec<_> = clips.iter().map(|c| self.example(c)).collect();
             for ([left, right], example) in self.render(&examples).iter().zip(&examples) {
-                // AV-Cloud's heads end with the last whole hop.
-                let (got, want) = ([&left[..], &right[..]], example.binaural.map(|ear| &ear[..left.len()]));
+                let (got, want) = ([&left[..], &right[..]], example.binaural);
                 let of = (avcloud::mag(got, want), avcloud::lre_db(got, want), avcloud::env(got, want));
                 if let (Ok(mag), Ok(lre), Ok(env)) = of {
                     (sum.mag, sum.lre_db, sum.env) = (sum.mag + mag, sum.lre_db + lre, sum.env + env);
@@ -337,18 +300,13 @@ impl<'a> Trainer<'a> {
         // The engine has no sound that travels: the dry sound is as late as the direct sound is in the recording.
         let late = response.as_ref().map_or(0, |r| r.late);
         let before = pre_roll.saturating_add_signed(late as isize);
-        let heard = match &self.head {
-            RenderHead::Streaming(_) => self.capture.voices(clip, before),
-            // AV-Cloud's own know nothing of emitters.
-            RenderHead::Published(_) => vec![Voice { emitter: None, dry: self.capture.dry(clip, before) }],
-        };
         let voice = |Voice { emitter, mut dry }: Voice| {
             dry.resize(pre_roll + clip.len, 0.0);
             let simulated = emitter.and_then(|number| self.simulated.clips.get(&(clip.name.clone(), number))).cloned();
             let emitter = emitter.and_then(|number| self.setup.emitters.get(number)).copied();
             ExampleVoice { dry, emitter, simulated }
         };
-        let voices = heard.into_iter().map(voice).collect();
+        let voices = self.capture.voices(clip, before).into_iter().map(voice).collect();
         Example { voices, pre_roll, binaural: self.capture.binaural(clip), pose: clip.pose, response }
     }
 
@@ -368,7 +326,7 @@ impl<'a> Trainer<'a> {
 
     /// Predictions for the examples' listeners, `[listener][value]`: mixture mask, difference mask and, where there is one,
     /// room.
-    fn decode(&mut self, graph: &Graph, examples: &[Example<'_>]) -> Vec<Tensor<2>> {
+    fn decode(&self, graph: &Graph, examples: &[Example<'_>]) -> Vec<Tensor<2>> {
         let network = &self.settings.network;
         let placement = &self.setup.placement;
         let factors = ["vec_embedder.freqs", "freq_embedder.freqs"].map(|name| &self.weights[name].values[..]);
@@ -382,20 +340,7 @@ impl<'a> Trainer<'a> {
             }));
         }
         let Decoded { mixture, difference, embedding } = graph.decode(&self.setup.cloud, &heard, network, factors);
-        let room = match &mut self.head {
-            _ if network.taps == 0 => None,
-            RenderHead::Streaming(_) => Some(graph.coefficients(&embedding)),
-            RenderHead::Published(head) => {
-                let [batch, bins] = mixture.dims();
-                let magnitudes = TensorData::new(head.magnitudes(examples), [batch, self.setup.frames, bins]);
-                let masked = Tensor::<3>::from_data(magnitudes, &self.device) * mixture.clone().unsqueeze_dim::<3>(1);
-                let filtered = match network.head {
-                    HeadKind::Full => graph.hyper_filter(&masked, &embedding),
-                    _ => graph.harmonic_filter(&masked, graph.harmonics(&self.setup.cloud, &heard, network.degree)),
-                };
-                Some(filtered.reshape([batch, self.setup.frames * bins]))
-            }
-        };
+        let room = (network.taps > 0).then(|| graph.coefficients(&embedding));
         [mixture, difference].into_iter().chain(room).collect()
     }
 }
@@ -411,16 +356,11 @@ fn shifted_clips(capture: &Capture, settings: &TrainSettings) -> Vec<Vec<Clip>> 
 }
 
 /// The responses of a capture's clips and of what they are shifted to, for the head that learns from them.
-pub(crate) fn responses(capture: &Capture, settings: &TrainSettings) -> Arc<ClipResponses> {
+fn responses(capture: &Capture, settings: &TrainSettings) -> Arc<ClipResponses> {
     let (rate, grid) = (capture.sample_rate_hz, grid(capture.sample_rate_hz));
-    Arc::new(match settings.network.head {
-        HeadKind::Taps => {
-            let shifted = shifted_clips(capture, settings).into_iter().flatten();
-            let clips: Vec<Clip> = capture.split(Split::Test).cloned().chain(shifted).collect();
-            clip_responses(capture, &clips, &grid, &Bands::for_rate(rate))
-        }
-        HeadKind::Sh | HeadKind::Full => ClipResponses::new(),
-    })
+    let shifted = shifted_clips(capture, settings).into_iter().flatten();
+    let clips: Vec<Clip> = capture.split(Split::Test).cloned().chain(shifted).collect();
+    Arc::new(clip_responses(capture, &clips, &grid, &Bands::for_rate(rate)))
 }
 
 /// The parts as numbers, listener by listener.

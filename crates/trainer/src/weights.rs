@@ -1,17 +1,14 @@
 //! The network's weights by name, how they start, and how a step changes them.
 
-use crate::settings::{HeadKind, NetworkSettings, TrainSettings};
+use crate::settings::{NetworkSettings, TrainSettings};
 use crate::setup::Setup;
 use crate::simulated::FEATURES;
-use promenade_core::network::{CONV_LAYERS, DELAY_SHAPES, Tensor};
+use promenade_core::network::{DELAY_SHAPES, Tensor};
 use promenade_core::random::Random;
 use std::collections::BTreeMap;
 
 /// The array of what the head adds to a sphere's delay, milliseconds.
 pub(crate) const DELAY: &str = "delay_shape";
-
-/// Bands that a kernel of the hyper-network reaches over: its own and those below.
-pub(crate) const NEIGHBOURS: usize = 3;
 
 /// Arrays of numbers by the names that scenes store them under.
 pub type Arrays = BTreeMap<String, Tensor>;
@@ -20,7 +17,7 @@ pub type Arrays = BTreeMap<String, Tensor>;
 const QUERY_OCTAVES: usize = 10;
 const QUERY_HIGHEST: f32 = 1024.0;
 
-/// How large a time filter's entries are at the start. Published: up to 1, which is ten times louder than the direct sound.
+/// How large the weights of taps that correct a simulation are at the start.
 const QUIET: f32 = 0.02;
 
 /// Factors of a positional encoding, from 1 to `highest` in even ratios.
@@ -53,15 +50,11 @@ impl Start {
         self.put(name, shape, values);
     }
 
+    /// A layer with weights `[output][input]` and biases, up to one over the root of what an output sums over.
     pub(crate) fn linear(&mut self, stem: &str, outputs: usize, inputs: usize) {
-        self.layer(stem, &[outputs, inputs]);
-    }
-
-    /// A layer with weights `[output][input]...` and biases, up to one over the root of what an output sums over.
-    fn layer(&mut self, stem: &str, shape: &[usize]) {
-        let bound = 1.0 / (shape[1..].iter().product::<usize>() as f32).sqrt();
-        self.uniform(&format!("{stem}.weight"), shape, bound);
-        self.uniform(&format!("{stem}.bias"), &shape[..1], bound);
+        let bound = 1.0 / (inputs as f32).sqrt();
+        self.uniform(&format!("{stem}.weight"), &[outputs, inputs], bound);
+        self.uniform(&format!("{stem}.bias"), &[outputs], bound);
     }
 
     fn norm(&mut self, stem: &str, width: usize) {
@@ -120,46 +113,23 @@ pub(crate) fn start(settings: &TrainSettings, setup: &Setup) -> Arrays {
 }
 
 impl Start {
-    /// The render head's own weights: time filters that are quiet beside the direct sound, convolution layers.
+    /// The render head's own weights.
     fn room(&mut self, settings: &TrainSettings, setup: &Setup) {
-        let NetworkSettings { head, width, bands, taps, tap_shapes, degree, hyper, conv, .. } = settings.network;
-        let (anchors, frames) = (setup.cloud.anchors.len(), setup.frames);
-        match head {
-            _ if taps == 0 => (),
-            HeadKind::Taps => {
-                self.linear("tap_prj", 2 * tap_shapes, width);
-                let counts = [tap_shapes, taps + 1, setup.bands.count()];
-                if settings.network.simulated {
-                    self.arrays
-                        .entry("tap_prj.weight".to_owned())
-                        .and_modify(|t| t.values.iter_mut().for_each(|w| *w *= QUIET));
-                    self.fill("tap_prj.bias", &[2 * tap_shapes], -(tap_shapes as f32).ln());
-                    self.fill("tap_shapes", &counts, 0.0);
-                    return;
-                }
-                self.fill("tap_prj.bias", &[2 * tap_shapes], 0.0);
-                let shapes = tap_shapes_at(taps, tap_shapes, setup.bands.count(), setup.grid.hop_s());
-                self.put("tap_shapes", &counts, shapes);
-            }
-            HeadKind::Sh => {
-                self.normal("time_weights", &[bands, frames], 1.0);
-                self.normal("time_freq_weights", &[anchors, bands, (degree + 1).pow(2)], 1.0);
-                self.normal("_acoustic_features_t", &[anchors, 2 * frames], QUIET);
-            }
-            HeadKind::Full => {
-                let stem = "post_process";
-                let kernel = NEIGHBOURS * frames * frames;
-                self.layer(&format!("{stem}.weight_model.0"), &[hyper, width, 1]);
-                self.uniform(&format!("{stem}.weight_model.2.weight"), &[kernel, hyper, 1], QUIET / (hyper as f32).sqrt());
-                self.uniform(&format!("{stem}.weight_model.2.bias"), &[kernel], QUIET);
-                self.layer(&format!("{stem}.bias_model.0"), &[hyper, width, 1]);
-                self.uniform(&format!("{stem}.bias_model.2.weight"), &[frames, hyper, 1], QUIET / (hyper as f32).sqrt());
-                self.fill(&format!("{stem}.bias_model.2.bias"), &[frames], 0.0);
-            }
+        let NetworkSettings { width, taps, tap_shapes, .. } = settings.network;
+        if taps == 0 {
+            return;
         }
-        if head != HeadKind::Taps && conv {
-            CONV_LAYERS.iter().for_each(|(stem, shape)| self.layer(stem, shape));
+        self.linear("tap_prj", 2 * tap_shapes, width);
+        let counts = [tap_shapes, taps + 1, setup.bands.count()];
+        if settings.network.simulated {
+            self.arrays.entry("tap_prj.weight".to_owned()).and_modify(|t| t.values.iter_mut().for_each(|w| *w *= QUIET));
+            self.fill("tap_prj.bias", &[2 * tap_shapes], -(tap_shapes as f32).ln());
+            self.fill("tap_shapes", &counts, 0.0);
+            return;
         }
+        self.fill("tap_prj.bias", &[2 * tap_shapes], 0.0);
+        let shapes = tap_shapes_at(taps, tap_shapes, setup.bands.count(), setup.grid.hop_s());
+        self.put("tap_shapes", &counts, shapes);
     }
 }
 

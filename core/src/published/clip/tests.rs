@@ -1,34 +1,28 @@
 use super::*;
+use crate::published::conv::ConvWeights;
 use crate::published::conv::tests::random_weights;
 use crate::simd::tests::arches;
 use promenade_testing::noise_at;
 
 /// All that is learnt: mixture, difference, mix, then weights and biases of the three layers.
-pub(crate) type Inputs = Vec<Vec<f64>>;
+type Inputs = Vec<Vec<f64>>;
 
 /// What a clip is rendered with.
 #[derive(Clone)]
-pub(crate) struct Learnt {
-    pub(crate) mixture: Vec<f32>,
-    pub(crate) difference: Vec<f32>,
-    pub(crate) mix: Vec<f32>,
-    pub(crate) conv: ConvWeights,
+struct Learnt {
+    mixture: Vec<f32>,
+    difference: Vec<f32>,
+    mix: Vec<f32>,
+    conv: ConvWeights,
 }
 
-impl Learnt {
-    pub(crate) fn input(&self, conv: bool) -> PublishedInput<'_> {
-        let conv = conv.then_some(&self.conv);
-        PublishedInput { mixture: &self.mixture, difference: &self.difference, mix: &self.mix, conv }
-    }
-}
-
-pub(crate) fn random(count: usize, seed: u64, scale: f32) -> Vec<f32> {
+fn random(count: usize, seed: u64, scale: f32) -> Vec<f32> {
     (0..count).map(|i| scale * noise_at(seed, i)).collect()
 }
 
 /// A head, a clip whose first frames are silent, and what it is rendered with.
-pub(crate) fn clip(grid: StftGrid, frames: usize, arch: Arch) -> (PublishedClip, ClipSource, Learnt) {
-    let mut head = PublishedClip::with_arch(grid, frames, arch).unwrap();
+fn clip(grid: StftGrid, frames: usize, arch: Arch) -> (PublishedClip, ClipSource, Learnt) {
+    let mut head = PublishedClip::new(grid, frames, arch).unwrap();
     // A sound for which no rectified value lies so near to 0 that single precision decides on its sign.
     let mut mono = random(*head.clip_samples().end(), 61, 0.3);
     mono[..grid.n_fft / 2 + 2].fill(0.0);
@@ -43,16 +37,25 @@ pub(crate) fn clip(grid: StftGrid, frames: usize, arch: Arch) -> (PublishedClip,
     (head, source, at)
 }
 
-pub(crate) fn rendered(head: &mut PublishedClip, source: &ClipSource, input: PublishedInput<'_>) -> [Vec<f32>; 2] {
+fn rendered(head: &mut PublishedClip, source: &ClipSource, at: &Learnt, (conv, arch): (bool, Arch)) -> [Vec<f32>; 2] {
     let mut out = [vec![0.0; head.out_samples()], vec![0.0; head.out_samples()]];
     let [left, right] = &mut out;
-    head.render(source, input, [left, right]).unwrap();
+    let (frames, bins) = (head.frames(), at.mixture.len());
+    let [mut masked, mut mix] = [Frames::new(frames, bins), Frames::new(frames, bins)];
+    for frame in 0..frames {
+        let product = source.frame(frame).iter().zip(&at.mixture).map(|(x, m)| x * m);
+        masked.row_mut(frame).iter_mut().zip(product).for_each(|(to, x)| *to = x);
+        mix.row_mut(frame).copy_from_slice(&at.mix[frame * bins..][..bins]);
+    }
+    let mut layers = ConvLayers::from_weights(&at.conv, bins, arch);
+    let masks = (&at.mixture[..], &at.difference[..]);
+    head.render(source, [&masked, &mix], masks, conv.then_some(&mut layers), [left, right]).unwrap();
     out
 }
 
-pub(crate) fn inputs(from: PublishedInput<'_>) -> Inputs {
-    let layers = from.conv.into_iter().flat_map(|c| &c.layers).flat_map(|l| [&l.weight[..], &l.bias]);
-    let all = [from.mixture, from.difference, from.mix].into_iter().chain(layers);
+fn inputs(from: &Learnt) -> Inputs {
+    let layers = from.conv.layers.iter().flat_map(|l| [&l.weight[..], &l.bias]);
+    let all = [&from.mixture[..], &from.difference, &from.mix].into_iter().chain(layers);
     all.map(|v| v.iter().map(|x| f64::from(*x)).collect()).collect()
 }
 
@@ -77,7 +80,7 @@ fn relu(x: Vec<Vec<f64>>) -> Vec<Vec<f64>> {
 }
 
 /// The head by its definition, in double precision.
-pub(crate) fn naive(grid: StftGrid, frames: usize, source: &ClipSource, of: &Inputs, conv: bool) -> [Vec<f64>; 2] {
+fn naive(grid: StftGrid, frames: usize, source: &ClipSource, of: &Inputs, conv: bool) -> [Vec<f64>; 2] {
     let (bins, n, hop) = (grid.bins(), grid.n_fft, grid.hop);
     let sizes = |size| (size, frames, bins);
     [-1.0, 1.0].map(|sign| {
@@ -110,13 +113,12 @@ pub(crate) fn naive(grid: StftGrid, frames: usize, source: &ClipSource, of: &Inp
     })
 }
 
-pub(crate) fn grid(n_fft: usize, hop: usize) -> StftGrid {
+fn grid(n_fft: usize, hop: usize) -> StftGrid {
     StftGrid { sample_rate_hz: 8000.0, n_fft, hop }
 }
 
 /// Few and many frames, hops that do not divide a frame, every width of the last tile.
-pub(crate) const CLIPS: [(usize, usize, usize); 6] =
-    [(64, 15, 9), (32, 7, 23), (16, 8, 3), (30, 11, 8), (150, 71, 4), (160, 77, 4)];
+const CLIPS: [(usize, usize, usize); 6] = [(64, 15, 9), (32, 7, 23), (16, 8, 3), (30, 11, 8), (150, 71, 4), (160, 77, 4)];
 
 #[test]
 fn renders_by_the_definition() {
@@ -124,8 +126,8 @@ fn renders_by_the_definition() {
         for arch in arches() {
             let (mut head, source, at) = clip(grid(n_fft, hop), frames, arch);
             for conv in [true, false] {
-                let want = naive(grid(n_fft, hop), frames, &source, &inputs(at.input(true)), conv);
-                for (a, b) in rendered(&mut head, &source, at.input(conv)).concat().iter().zip(want.concat()) {
+                let want = naive(grid(n_fft, hop), frames, &source, &inputs(&at), conv);
+                for (a, b) in rendered(&mut head, &source, &at, (conv, arch)).concat().iter().zip(want.concat()) {
                     assert!((f64::from(*a) - b).abs() < 1e-5, "{arch:?} {n_fft}, conv {conv}: {a} for {b}");
                 }
             }
@@ -135,26 +137,14 @@ fn renders_by_the_definition() {
 
 #[test]
 fn a_clip_that_does_not_fit_is_refused() {
-    let (mut head, mut source, at) = clip(grid(64, 15), 9, Arch::Scalar);
-    let samples = head.out_samples();
-    assert_eq!(samples, 120);
-    assert!(matches!(PublishedClip::new(grid(64, 15), 3), Err(PublishedError::Short { samples: 30, expected: 32, .. })));
-    assert!(matches!(PublishedClip::new(grid(64, 15), 0), Err(PublishedError::Short { .. })));
+    let (mut head, mut source, _) = clip(grid(64, 15), 9, Arch::Scalar);
+    assert_eq!(head.out_samples(), 120);
+    assert!(matches!(
+        PublishedClip::new(grid(64, 15), 3, Arch::Scalar),
+        Err(PublishedError::Short { samples: 30, expected: 32, .. })
+    ));
+    assert!(matches!(PublishedClip::new(grid(64, 15), 0, Arch::Scalar), Err(PublishedError::Short { .. })));
     for (mono, fits) in [(119, false), (120, true), (134, true), (135, false)] {
         assert_eq!(head.analyse(&vec![0.1; mono], &mut source).is_ok(), fits, "{mono}");
-    }
-    let mut refused = |source: &ClipSource, at: &Learnt, right: usize| {
-        let mut out = [vec![0.0; samples], vec![0.0; right]];
-        let [left, right] = &mut out;
-        head.render(source, at.input(true), [left, right]).map_err(|e| e.to_string())
-    };
-    assert_eq!(refused(&source, &at, samples), Ok(()));
-    assert!(refused(&source, &at, samples - 1).unwrap_err().contains("right output"));
-    let other = PublishedClip::new(grid(64, 15), 10).unwrap();
-    assert!(refused(&other.source(), &at, samples).unwrap_err().contains("source"));
-    for (tensor, what) in [(0, "out.0"), (1, "out.2"), (2, "out.4")] {
-        let mut at = at.clone();
-        at.conv.layers[tensor].weight.pop();
-        assert!(refused(&source, &at, samples).unwrap_err().contains(what));
     }
 }

@@ -2,7 +2,7 @@
 
 use crate::published::conv::ConvLayerWeights;
 use crate::published::frames::{Frames, MARGIN};
-use crate::simd::{TILE, Tile, Weights, load, step};
+use crate::simd::{TILE, Tile, Weights, step};
 use pulp::Simd;
 
 /// Weights of one layer; their inputs are `[plane][frame][bin]`.
@@ -21,22 +21,15 @@ impl Layer {
     /// Takes some channels of a published layer.
     pub(crate) fn set(&mut self, from: &ConvLayerWeights, channels: &[usize]) {
         let (inputs, size) = (from.inputs(self.size), self.size);
-        self.fill(|o, plane, frame, bin| from.weight[((o * inputs + channels[plane]) * size + bin) * size + frame]);
+        self.weights.set(|input, output| {
+            let (plane, frame, bin) = (input / (size * size), input / size % size, input % size);
+            from.weight[((output * inputs + channels[plane]) * size + bin) * size + frame]
+        });
     }
 
     /// Takes a published layer's bias.
     pub(crate) fn set_bias(&mut self, from: &ConvLayerWeights) {
         self.weights.set_bias(&from.bias);
-    }
-
-    /// Takes values by output, plane, frame and bin.
-    pub(crate) fn fill(&mut self, at: impl Fn(usize, usize, usize, usize) -> f32) {
-        let size = self.size;
-        self.weights.set(|input, output| at(output, input / (size * size), input / size % size, input % size));
-    }
-
-    pub(crate) fn memory_bytes(&self) -> usize {
-        self.weights.memory_bytes()
     }
 
     /// The bias of a tile's outputs.
@@ -109,8 +102,6 @@ impl<const SIZE: usize> Tile for Conv<'_, SIZE> {
 pub(crate) struct First<'a, const SIZE: usize> {
     pub(crate) even: &'a Layer,
     pub(crate) odd: &'a Layer,
-    /// What is added to both parts, `[part][output]`.
-    pub(crate) constant: Option<&'a Frames>,
     pub(crate) x: &'a Frames,
     pub(crate) slots: [usize; SIZE],
     /// `[ear][output]` from the row `slot` on.
@@ -129,14 +120,6 @@ impl<const SIZE: usize> Tile for First<'_, SIZE> {
         self.odd.convolve(simd, &mut odd, (self.x, &odd_slots), output, position);
         let zero = simd.splat_f32s(0.0);
         for o in 0..O {
-            if let Some(rows) = self.constant {
-                for (acc, part) in [(&mut even[o], 0), (&mut odd[o], outputs)] {
-                    let constant = load::<S, V>(simd, &rows.padded(part + output + o)[MARGIN + position..]);
-                    for (a, c) in acc.iter_mut().zip(constant) {
-                        *a = simd.add_f32s(*a, c);
-                    }
-                }
-            }
             for ear in 0..2 {
                 let row = self.out.padded_mut(self.slot + ear * outputs + output + o);
                 let row = S::as_mut_simd_f32s(&mut row[MARGIN + position..][..V * S::F32_LANES]).0;

@@ -1,7 +1,6 @@
 //! The shape of a room.
 
 mod ac3d;
-mod dxf;
 mod enclose;
 mod file;
 mod flatten;

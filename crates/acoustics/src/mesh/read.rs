@@ -1,13 +1,13 @@
 //! Meshes from files.
 
 use super::file::bytes;
-use super::{Mesh, ac3d, dxf, gltf, obj, ply, stl};
+use super::{Mesh, ac3d, gltf, obj, ply, stl};
 use crate::error::AcousticsError;
 use std::path::Path;
 
 impl Mesh {
-    /// Reads a mesh after its ending: `.obj`, `.stl`, `.ply`, `.glb`, `.gltf`, `.ac` or `.dxf`. Groups are the materials of the
-    /// file, else its objects or layers, else one that is called `surface`. Coordinates are the file's, except those of glTF
+    /// Reads a mesh after its ending: `.obj`, `.stl`, `.ply`, `.glb`, `.gltf` or `.ac`. Groups are the materials of the file,
+    /// else its objects, else one that is called `surface`. Coordinates are the file's, except those of glTF
     /// and AC3D, whose y axis is up and is turned to z.
     ///
     /// # Errors
@@ -19,14 +19,9 @@ impl Mesh {
             Some("ply") => ply::read,
             Some("glb" | "gltf") => gltf::read,
             Some("ac") => ac3d::read,
-            Some("dxf") => dxf::read,
             other => {
                 let found = format!("the ending \"{}\"", other.unwrap_or_default());
-                return Err(AcousticsError::content(
-                    path,
-                    "a file ending in .obj, .stl, .ply, .glb, .gltf, .ac or .dxf",
-                    found,
-                ));
+                return Err(AcousticsError::content(path, "a file ending in .obj, .stl, .ply, .glb, .gltf or .ac", found));
             }
         };
         let mesh = read(path, &bytes(path)?)?;

@@ -1,10 +1,9 @@
 //! The cost of streaming an anchor cloud, whose time filters and convolution layers were trained on whole clips: distances
-//! between streams and clips.
+//! between the tiers that its scene has and clips.
 
 mod clips;
 mod distance;
 mod signal;
-mod stream;
 
 pub use distance::Distance;
 pub use promenade_judge::poses_within;
@@ -14,12 +13,10 @@ use crate::error::BakeError;
 use clips::Clips;
 use cpu_time::ThreadTime;
 use promenade_core::decode::CloudDecoder;
-use promenade_core::network::{Masks, Network};
-use promenade_core::published::{ConvMode, Projection};
-use promenade_core::{AnchorCloud, Pose, Scene, StftGrid};
+use promenade_core::{Pose, Scene, StftGrid};
 use promenade_metrics::statistics::median;
+use promenade_player::{Player, Playing};
 use std::sync::Arc;
-use stream::{Contender, PoseMasks, name_of, single_frames};
 
 /// Decodes of each pose that are timed.
 const DECODES: usize = 3;
@@ -40,12 +37,13 @@ pub struct StreamResult {
 }
 
 impl StreamResult {
-    /// Of a stream's distances and costs at all poses.
-    fn of(stream: &Contender, (distances, costs): (Vec<Distance>, Vec<f64>), grid: &StftGrid) -> Self {
+    /// Of a player's distances and costs at all poses; the dry sound has none.
+    fn of(player: Option<&Player>, (distances, costs): (Vec<Distance>, Vec<f64>), grid: &StftGrid) -> Self {
+        let latency = player.map_or(0, Player::latency_samples);
         Self {
-            name: stream.name.clone(),
-            latency_s: stream.latency_samples() as f64 / grid.sample_rate_hz,
-            lookahead_hops: stream.latency_samples().saturating_sub(grid.n_fft) / grid.hop,
+            name: name(player),
+            latency_s: latency as f64 / grid.sample_rate_hz,
+            lookahead_hops: latency.saturating_sub(grid.n_fft) / grid.hop,
             distance: Distance::mean(&distances),
             real_time: median(costs),
         }
@@ -71,8 +69,8 @@ pub struct StreamReport {
     pub notes: Vec<String>,
 }
 
-/// Renders `dry`, a mono sound at the scene's own rate, as every stream that the scene's anchor cloud can be played as, for a
-/// listener who stands still at each of `poses`, and compares it with the model's own clips. `progress` is given the share that
+/// Renders `dry`, a mono sound at the scene's own rate, in every tier of a scene with an anchor cloud, for a listener who stands
+/// still at each of `poses`, and compares it, and the dry sound at both ears, with the model's own clips. `progress` is given the share that
 /// is done, 0 to 1.
 ///
 /// Clips begin where frames of the streams do, and follow each other so that their inner parts cover the sound.
@@ -100,17 +98,17 @@ pub fn compare_streams(
         clips.lay(dry.len())?;
         (report.clips, report.clip_s, report.inner_s) = (clips.count(), clips.length_s(), clips.inner_s());
     }
-    let mut streams = streams(scene, cloud, &mut report.notes)?;
+    // The dry sound comes first.
+    let mut streams = vec![None];
+    for tier in scene.tiers() {
+        streams.push(Some(Player::new(scene, grid.sample_rate_hz, Some(Playing::Stream(tier)))?));
+    }
     report.decode_s = decode_s(scene, poses);
 
     let (seconds, count) = (dry.len() as f64 / grid.sample_rate_hz, streams.len() as f64);
-    let mut network = Network::new(&cloud.model);
     let mut found: Vec<(Vec<Distance>, Vec<f64>)> = vec![Default::default(); streams.len()];
     let (mut clip_costs, mut silent) = (Vec::new(), 0);
     for (number, pose) in poses.iter().enumerate() {
-        let listener = cloud.model.listener(pose);
-        let mut at = PoseMasks { pose: *pose, listener, masks: Masks::new(&cloud.model.sizes()) };
-        network.decode(&listener, &mut at.masks);
         let mut wanted = None;
         if let Some(clips) = &mut clips {
             let (ears, cost) = clips.render(dry, pose)?;
@@ -120,11 +118,17 @@ pub fn compare_streams(
             wanted = heard.then_some(ears);
         }
         for (index, (stream, (distances, costs))) in streams.iter_mut().zip(&mut found).enumerate() {
-            let (ears, took_s) = stream.render(dry, &at)?;
-            costs.extend(took_s.map(|t| t / seconds));
+            let ears = match stream {
+                None => [dry.to_vec(), dry.to_vec()],
+                Some(player) => {
+                    let ears = player.render(dry, &mut |_| *pose)?;
+                    costs.push(player.processor_s() / seconds);
+                    ears
+                }
+            };
             if let (Some(clips), Some(wanted)) = (&clips, &wanted) {
                 let distance = Distance::between(&clips.cut(&ears), wanted, &grid);
-                let what = || format!("stream '{}' at pose {number}", stream.name);
+                let what = || format!("stream '{}' at pose {number}", name(stream.as_ref()));
                 distances.push(distance.map_err(|why| crate::error::unmeasurable(&what(), why))?);
             }
             progress((number as f64 + (index + 1) as f64 / count) / poses.len() as f64);
@@ -134,52 +138,13 @@ pub fn compare_streams(
         report.notes.push(format!("at {silent} of {} poses the clips are silent: not compared", poses.len()));
     }
     report.clip_real_time = median(clip_costs);
-    report.streams = streams.iter().zip(found).map(|(stream, found)| StreamResult::of(stream, found, &grid)).collect();
+    report.streams = streams.iter().zip(found).map(|(player, found)| StreamResult::of(player.as_ref(), found, &grid)).collect();
     Ok(report)
 }
 
-/// All streams of a scene; notes say what is left out.
-fn streams(scene: &Arc<Scene>, cloud: &AnchorCloud, notes: &mut Vec<String>) -> Result<Vec<Contender>, BakeError> {
-    let (sizes, grid) = (cloud.model.sizes(), scene.grid());
-    // A scene whose tier Reference looks ahead delays all its tiers: here each is measured by itself.
-    let mut parts = scene.parts().clone();
-    parts.cloud = Some(AnchorCloud { conv: ConvMode::Off, ..cloud.clone() });
-    let alone = Arc::new(Scene::new(parts)?);
-    let mut streams = vec![Contender::dry()];
-    let masks = Contender::without_taps(scene, cloud, ConvMode::Off);
-    let published = masks.is_ok();
-    match masks {
-        Ok(stream) => streams.push(stream),
-        Err(why) => notes.push(format!("the published head cannot be streamed: {why}")),
-    }
-    for tier in alone.tiers() {
-        streams.push(Contender::tier(&alone, tier)?);
-    }
-    if sizes.frames == 0 {
-        notes.push("the model has no time filter: there is nothing to project".to_owned());
-    }
-    if !published {
-        return Ok(streams);
-    }
-    let used = [ConvMode::Causal, ConvMode::LookAhead].into_iter().filter(|_| sizes.conv);
-    if sizes.frames == 0 {
-        for conv in used {
-            streams.push(Contender::without_taps(scene, cloud, conv)?);
-        }
-        return Ok(streams);
-    }
-    let most = if sizes.conv { ConvMode::LookAhead } else { ConvMode::Off };
-    for conv in [ConvMode::Off].into_iter().chain(used) {
-        streams.push(Contender::with_taps(scene, cloud, Projection::Diagonal, conv)?);
-    }
-    for projection in single_frames(sizes.frames, grid.hop_s(), cloud.projection) {
-        streams.push(Contender::with_taps(scene, cloud, projection, most)?);
-    }
-    notes.push(format!("taps reach {} hops back, as in the scene; clips have {} frames", scene.shape().taps, sizes.frames));
-    if cloud.conv != ConvMode::Off {
-        notes.push(format!("the scene's tier reference: {}", name_of(cloud.projection, cloud.conv)));
-    }
-    Ok(streams)
+/// What a stream is called: its tier, or the source.
+fn name(player: Option<&Player>) -> String {
+    player.map_or("source", |player| player.playing().name()).to_owned()
 }
 
 /// Median processor seconds of decoding a pose.

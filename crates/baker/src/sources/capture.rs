@@ -14,8 +14,6 @@ mod from_responses;
 mod import;
 mod load;
 mod manifest;
-mod replay;
-mod replay_nvas;
 mod reverberation;
 mod rwavs;
 mod sift;
@@ -29,7 +27,6 @@ pub use emitter::{EmitterEstimate, locate_emitter};
 pub use emitters::{Emitter, Voice};
 pub use from_responses::{DrySound, FromResponses, from_responses};
 pub use import::{ImportCapture, mean};
-pub use replay::import_replay;
 pub use reverberation::reverberation_times;
 pub use rwavs::import_rwavs;
 

@@ -1,46 +1,21 @@
 //! Published AV-Cloud checkpoints: what training left behind becomes a model that can be rendered.
 //!
-//! [`import`] reads the `.pth` of the published trainer together with the anchors of its scene, which the checkpoint does not
-//! hold, or one `.safetensors` with both, as `presets/recipes/export_avcloud.py` writes it.
+//! [`import`] reads the `.safetensors` with weights and anchors that `presets/recipes/export_avcloud.py` writes of a `.pth` of the
+//! published trainer and its point file, where the training code runs: both are programs to whoever opens them.
 
 mod anchors;
 mod float;
-mod form;
-mod npz;
-mod pickle;
 mod settings;
 mod weights;
 
 use crate::BakeError;
-use anchors::{Anchors, few};
-use promenade_core::network::{CloudKind, CloudModel, CloudParts, Placement, PoseConvention, Tensor};
+use anchors::Anchors;
+use promenade_core::network::{CloudKind, CloudModel, CloudParts, Placement, Tensor};
 use promenade_core::{Bands, StftGrid};
 use settings::Settings;
 use std::collections::BTreeMap;
 use std::path::Path;
 use weights::Stored;
-
-/// What the user knows of a checkpoint. What is not given is as the file says, or else as in the published code.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct ImportOptions {
-    /// Which decoder; otherwise the names of the weights tell.
-    pub kind: Option<CloudKind>,
-    /// Distance that relative vectors were divided by, cloud units. There is none that fits all scenes: published training
-    /// takes 25, but 23.6032 for its scene 6 and 183.2170 for its scenes 12 and 13.
-    pub max_norm: Option<f32>,
-    /// Sample rate of the training, Hz; published: 22050.
-    pub sample_rate_hz: Option<f64>,
-    /// Length of the Fourier transform, samples; published: 512.
-    pub n_fft: Option<usize>,
-    /// Samples from frame to frame; published: 127.
-    pub hop: Option<usize>,
-    /// Attention heads, which the weights do not tell; published: 4.
-    pub heads: Option<usize>,
-    /// How the listener's rotation is applied; [`PoseConvention::Published`] unless said otherwise.
-    pub convention: Option<PoseConvention>,
-    /// Where the cloud lies in the scene; otherwise [`Placement::IDENTITY`].
-    pub placement: Option<Placement>,
-}
 
 /// A checkpoint that became a model.
 #[derive(Clone, Debug, PartialEq)]
@@ -49,60 +24,44 @@ pub struct Imported {
     pub model: CloudModel,
     /// The transform that the model's masks belong to.
     pub grid: StftGrid,
-    /// Notes to the user: values that were assumed, weights that do nothing, features that look wrong.
+    /// Notes to the user: a placement that was assumed, weights that do nothing, features that look wrong.
     pub notes: Vec<String>,
 }
 
-/// Imports a checkpoint: a `.pth` of the published trainer, in the zip format or the one before it, its weights under
-/// `"state_dict"` or by themselves; or a `.safetensors`. The content tells which, not the name.
-///
-/// `anchors` is a `.safetensors` or `.npz` file with the positions `anchor_xyz` `(N, 3)` and the features `rgb_features`
-/// `(N, 150)`, harmonics of the colours `(c - 0.5) / 0.2821`; needed unless the checkpoint holds anchors itself. Pickles are
-/// not taken as anchors, and the pickle inside a checkpoint is parsed without being run.
+/// Imports what the exporter has written: weights, settings and anchors, the positions `(N, 3)` and the features `(N, 150)`,
+/// harmonics of the colours `(c - 0.5) / 0.2821`. `anchors` is a `.safetensors` with others. `placement` says where the cloud
+/// lies in the scene; without it a unit of the cloud is a metre.
 ///
 /// # Errors
-/// Everything that has to be given and is not, at once; files that are damaged, too large or of another kind; weights and
-/// anchors that do not fit to each other or to the transform. The message names the file, what was expected and what was found.
-pub fn import(checkpoint: &Path, anchors: Option<&Path>, options: &ImportOptions) -> Result<Imported, BakeError> {
-    let Stored { mut weights, names, metadata, converted } = Stored::read(checkpoint)?;
-    let settings = Settings::new(checkpoint, &metadata, options)?;
-    let mut notes = settings.notes.clone();
-    let inside = Anchors::take(checkpoint, &mut weights)?;
-    let kind = match settings.kind {
-        Some(kind) => kind,
-        None => detect(checkpoint, &weights, &names)?,
-    };
-    let replaced = inside.is_some() && anchors.is_some();
-    let anchors_at = anchors.unwrap_or(checkpoint);
-    let anchors = match anchors {
-        Some(path) => Some(Anchors::read(path)?.0),
-        None => inside,
-    };
-    let (Some(anchors), Some(max_norm)) = (&anchors, settings.max_norm) else {
-        let mut missing = Vec::new();
-        if anchors.is_none() {
-            missing.push("the scene's anchors (.safetensors or .npz with 'anchor_xyz' and 'rgb_features')".to_owned());
-        }
-        if settings.max_norm.is_none() {
-            missing.push(
-                "max_norm (25 in published training, but 23.6032 for scene 6 and 183.2170 for scenes 12 and 13)".to_owned(),
-            );
-        }
-        return Err(BakeError::new(format!(
-            "{}: the file does not hold all that is needed; give also {}",
-            checkpoint.display(),
-            missing.join(" and ")
-        )));
-    };
-    if replaced {
-        notes.push("the anchors are those of the file given, not those beside the weights".to_owned());
+/// Files that are damaged, too large or of another kind, settings out of range; weights and anchors that do not fit to each
+/// other or to the transform. The message names the file, what was expected and what was found.
+pub fn import(checkpoint: &Path, anchors: Option<&Path>, placement: Option<Placement>) -> Result<Imported, BakeError> {
+    let Stored { mut weights, metadata, converted, .. } = Stored::read(checkpoint)?;
+    let Settings { kind, max_norm, grid, heads, convention } = Settings::of(checkpoint, &metadata)?;
+    let mut notes = Vec::new();
+    if placement.is_none() {
+        notes.push("no placement is given: one unit of the cloud is taken as a metre, its axes as the scene's (z up)".to_owned());
     }
+    let inside = Anchors::take(checkpoint, &mut weights)?;
+    let anchors_at = anchors.unwrap_or(checkpoint);
+    let anchors = match (anchors, inside) {
+        (None, Some(inside)) => inside,
+        (Some(path), inside) => {
+            if inside.is_some() {
+                notes.push("the anchors are those of the file given, not those beside the weights".to_owned());
+            }
+            Anchors::read(path)?.0
+        }
+        (None, None) => {
+            let expected = "the scene's anchors beside the weights, or in a file of their own";
+            return Err(BakeError::content(checkpoint, expected, "neither"));
+        }
+    };
     if converted > 0 {
         notes.push(format!("{converted} arrays were not of 32-bit floats and were converted"));
     }
     notes.extend(anchors.doubt());
-    check_anchors(checkpoint, anchors_at, &weights, anchors)?;
-    let grid = settings.grid;
+    check_anchors(checkpoint, anchors_at, &weights, &anchors)?;
     check_bins(checkpoint, &weights, &grid)?;
     if kind == CloudKind::Full {
         notes.extend(drop_dead_network(&mut weights));
@@ -112,13 +71,13 @@ pub fn import(checkpoint: &Path, anchors: Option<&Path>, options: &ImportOptions
         .ok_or_else(|| BakeError::content(checkpoint, "a transform with two bins or more", format!("{grid:?}")))?;
     let parts = CloudParts {
         kind,
-        heads: settings.heads,
+        heads,
         max_norm,
-        convention: settings.convention,
-        placement: settings.placement,
+        convention,
+        placement: placement.unwrap_or(Placement::IDENTITY),
         frequencies,
-        anchors: anchors.positions.clone(),
-        features: anchors.features.clone(),
+        anchors: anchors.positions,
+        features: anchors.features,
         weights,
     };
     let model = CloudModel::new(parts).map_err(BakeError::at(checkpoint, "no anchor-cloud model"))?;
@@ -128,22 +87,6 @@ pub fn import(checkpoint: &Path, anchors: Option<&Path>, options: &ImportOptions
 /// Anchors alone, and the metadata of a safetensors file.
 pub(crate) fn read_anchors(path: &Path) -> Result<(Anchors, BTreeMap<String, String>), BakeError> {
     Anchors::read(path)
-}
-
-/// The decoder whose own weights are there.
-fn detect(path: &Path, weights: &BTreeMap<String, Tensor>, names: &[String]) -> Result<CloudKind, BakeError> {
-    let some = |start: &str| weights.keys().any(|k| k.starts_with(start));
-    if some("post_process.") {
-        Ok(CloudKind::Full)
-    } else if weights.contains_key("freq_weights") {
-        Ok(CloudKind::SimpleSh)
-    } else if weights.contains_key("time_weights") && some("decoder.") {
-        Ok(CloudKind::Sh)
-    } else {
-        let expected = "weights of AV-Cloud: 'post_process.*' (full), 'freq_weights' (simple-sh), or 'time_weights' with \
-                        'decoder.*' (sh)";
-        Err(BakeError::content(path, expected, few(names)))
-    }
 }
 
 /// Whether the anchors, which lie in the file `at`, are as many and have as many features as the weights of `checkpoint` ask

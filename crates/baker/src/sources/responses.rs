@@ -15,7 +15,7 @@ mod sofa;
 mod walls;
 
 pub use describe::{Describe, describe};
-pub use folder::{FolderLayout, FolderOptions, load_folder};
+pub use folder::{FolderOptions, load_folder};
 pub use hold_out::HoldOut;
 pub use promenade_sofa::Side;
 pub(crate) use promenade_sofa::{About, Recorded};

@@ -55,7 +55,7 @@ pub(crate) struct MixArgs {
     /// Seed of the choice of stretches and of the split
     #[arg(long, default_value_t = 1)]
     pub(crate) seed: u64,
-    /// Sample rate of the capture, hertz; without it the responses' or, for RWAVS, 22050, for Replay-NVAS, 16000
+    /// Sample rate of the capture, hertz; without it the responses' or, for RWAVS, 22050
     #[arg(long, value_name = "HZ", value_parser = clap::value_parser!(u32).range(1_000..=1_000_000))]
     pub(crate) rate: Option<u32>,
 }
@@ -75,10 +75,6 @@ pub(crate) struct FromResponsesArgs {
 pub(crate) enum LayoutArg {
     /// One walk with a pose a second: source_syn_re.wav, binaural_syn_re.wav, gs_cameras.json or transforms_scale_*.json
     Rwavs,
-    /// Views that stay: near/*.wav, views/*.wav, cameras.json
-    Replay,
-    /// A folder per response: rir.wav, rx_pos.txt, tx_pos.txt
-    Raf,
     /// Responses in the order of their names, with poses.npy, poses.json or poses.txt
     Responses,
 }
@@ -96,9 +92,6 @@ pub(crate) struct ImportCaptureArgs {
     /// Where the sound came from, metres in the capture's world
     #[arg(long, value_name = "X,Y,Z", value_parser = parse_point, allow_hyphen_values = true)]
     pub(crate) emitter: Option<Vec3>,
-    /// Of responses with several sources the one to use, counted from 0; without it the one with most responses
-    #[arg(long = "source", value_name = "N")]
-    pub(crate) source_number: Option<usize>,
     #[command(flatten)]
     pub(crate) placement: PlacementArgs,
     /// Title of the capture instead of the folder's name

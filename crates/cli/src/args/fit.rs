@@ -13,34 +13,29 @@ use std::path::PathBuf;
 #[derive(Debug, Args)]
 pub(crate) struct FitArgs {
     /// Room and measurements, or measurements alone to judge what needs no room. ROOM: length, width and height from a corner
-    /// at the origin, metres, X,Y,Z; a mesh of flat walls, .obj, .stl, .ply, .glb, .gltf, .ac or .dxf; or the word
+    /// at the origin, metres, X,Y,Z; a mesh of flat walls, .obj, .stl, .ply, .glb, .gltf or .ac; or the word
     /// `box`, of which all six walls are searched, as without a room [a folder of that name is ./box]. MEASUREMENTS: a .sofa
-    /// file, or a folder with measurements.json or laid out as R3VIVAL, Real Acoustic Fields, Hearing Anything Anywhere or
-    /// MeshRIR are
+    /// file, or a folder with measurements.json or laid out as R3VIVAL is
     #[arg(value_name = "[ROOM] MEASUREMENTS", required = true, num_args = 1..=2)]
     pub(crate) of: Vec<PathBuf>,
-    /// What to write: NAME.obj, with NAME.materials.json, NAME.report.md, NAME.report.json and NAME.report.svg, and of a full
-    /// fit NAME.report.plan.svg, beside it; or NAME.promenade, a scene, with all of these beside it
+    /// What to write: NAME.obj, with NAME.materials.json, NAME.report.md, NAME.report.json, NAME.report.svg and
+    /// NAME.report.plan.svg beside it; or NAME.promenade, a scene, with all of these beside it. A fit that was stopped goes on
+    /// from NAME.fit-state
     #[arg(short, long, value_name = "NAME.obj|NAME.promenade", required_unless_present_any = ["evaluate", "changed", "t20"])]
     pub(crate) output: Option<PathBuf>,
-    /// The quick fit: surfaces of a box alone, from T20, EDT, C80 and level by octave, in a second. Without it walls, places,
-    /// clocks, surfaces, scattering and source are sought in the responses themselves, which takes minutes; a fit that was
-    /// stopped goes on from NAME.fit-state
-    #[arg(long)]
-    pub(crate) quick: bool,
     /// What stays as it is stated: walls, places, source (which then sends the same everywhere)
-    #[arg(long, value_enum, value_name = "WHAT", value_delimiter = ',', conflicts_with = "quick")]
+    #[arg(long, value_enum, value_name = "WHAT", value_delimiter = ',')]
     pub(crate) hold: Vec<Hold>,
     /// What has a material of its own
-    #[arg(long, value_enum, default_value_t = Per::Material, conflicts_with = "quick")]
+    #[arg(long, value_enum, default_value_t = Per::Material)]
     pub(crate) per: Per,
     /// Edge of voxels at most, metres, with --per voxels [default: 0.25]
     #[arg(long, value_name = "METRES", value_parser = within(0.01, 100.0))]
     pub(crate) voxel: Option<f64>,
     #[command(flatten)]
     pub(crate) appearance: PictureArgs,
-    /// Reflections of images in a full fit
-    #[arg(long, default_value_t = 8, conflicts_with = "quick", value_parser = clap::value_parser!(u32).range(1..=20))]
+    /// Reflections of images
+    #[arg(long, default_value_t = 8, value_parser = clap::value_parser!(u32).range(1..=20))]
     pub(crate) order: u32,
     /// Metres of the mesh's unit [default: 1; a mesh that is no room in metres is refused unless this is given]
     #[arg(long, value_name = "M", value_parser = within(1e-6, 1e6))]
@@ -76,8 +71,8 @@ pub(crate) struct FitArgs {
     #[arg(long, value_name = "RULES", value_delimiter = ',', value_parser = parse_rule)]
     pub(crate) materials: Vec<(String, String)>,
     /// Walls or groups that differ between MEASUREMENTS and --changed, and are alike before and alike after: what they absorb
-    /// then is found from the reverberation of both, and printed as rules for --materials. Needs a full fit
-    #[arg(long, value_name = "NAMES", value_delimiter = ',', requires = "changed", conflicts_with_all = ["quick", "materials"])]
+    /// then is found from the reverberation of both, and printed as rules for --materials
+    #[arg(long, value_name = "NAMES", value_delimiter = ',', requires = "changed", conflicts_with = "materials")]
     pub(crate) alike: Vec<String>,
     /// Whose definitions of loudness, C50, EDT and T60
     #[arg(long, value_enum, default_value_t = ConventionArg::AvDar)]

@@ -1,45 +1,23 @@
 //! Arguments of `promenade import`.
 
 use super::placement::PlacementArgs;
-use super::values::{named, parse_bounds, parse_kind, parse_pose, parse_projection};
+use super::values::{named, parse_bounds, parse_pose, parse_projection};
 use clap::Args;
 use promenade_core::Pose;
 use promenade_core::glam::Vec3;
-use promenade_core::network::{CloudKind, PoseConvention};
 use promenade_core::published::{ConvMode, Projection};
 use std::path::PathBuf;
 
 #[derive(Debug, Args)]
 pub(crate) struct ImportArgs {
-    /// Checkpoint of the published trainer (.pth), or what export_avcloud.py wrote (.safetensors)
+    /// Checkpoint of the published trainer as export_avcloud.py writes it (.safetensors)
     pub(crate) checkpoint: PathBuf,
     /// Scene file to write
     #[arg(short, long, value_name = "SCENE")]
     pub(crate) output: PathBuf,
-    /// Anchor positions and features (.safetensors or .npz), which a checkpoint does not hold
+    /// Anchor positions and features (.safetensors) in place of those beside the weights
     #[arg(long, value_name = "FILE")]
     pub(crate) anchors: Option<PathBuf>,
-    /// Distance that relative vectors were divided by in training
-    #[arg(long, value_name = "UNITS")]
-    pub(crate) max_norm: Option<f32>,
-    /// Sample rate of the training, hertz; otherwise the file's or 22050
-    #[arg(long, value_name = "HZ")]
-    pub(crate) sample_rate: Option<f64>,
-    /// Transform length, samples; otherwise the file's or 512
-    #[arg(long, value_name = "SAMPLES")]
-    pub(crate) n_fft: Option<usize>,
-    /// Hop, samples; otherwise the file's or 127
-    #[arg(long, value_name = "SAMPLES")]
-    pub(crate) hop: Option<usize>,
-    /// Attention heads; otherwise the file's or 4
-    #[arg(long)]
-    pub(crate) heads: Option<usize>,
-    /// Decoder: full, sh or simple-sh; otherwise the weights tell
-    #[arg(long, value_parser = parse_kind)]
-    pub(crate) kind: Option<CloudKind>,
-    /// How the head's rotation was applied in training: published or physical
-    #[arg(long, value_parser = named(PoseConvention::from_name, "published or physical"))]
-    pub(crate) convention: Option<PoseConvention>,
     #[command(flatten)]
     pub(crate) placement: PlacementArgs,
     /// Listener positions that the scene is for, metres; without it the anchors' box

@@ -46,7 +46,7 @@ pub(crate) enum SizeScattering {
 /// A mesh, its materials and its source.
 #[derive(Debug, Args)]
 pub(crate) struct RoomArgs {
-    /// Mesh of the room, metres, z up: .obj, .stl, .ply, .glb, .gltf, .ac or .dxf
+    /// Mesh of the room, metres, z up: .obj, .stl, .ply, .glb, .gltf or .ac
     #[arg(value_name = "ROOM")]
     pub(crate) mesh: PathBuf,
     /// Where the sound comes from, metres

@@ -14,18 +14,15 @@ pub(crate) struct TrainArgs {
     /// Captures of one place to learn from: folders, or manifests ending in .json
     #[arg(required = true, value_name = "CAPTURE")]
     pub(crate) captures: Vec<PathBuf>,
-    /// Anchors of the place, as `promenade anchors` writes them; several for a search to choose from
-    #[arg(long, value_name = "FILE", required = true, num_args = 1..)]
-    pub(crate) anchors: Vec<PathBuf>,
+    /// Anchors of the place, as `promenade anchors` writes them
+    #[arg(long, value_name = "FILE")]
+    pub(crate) anchors: PathBuf,
     /// Scene file to write; the training is kept beside it, ending in .training, and goes on from there when it was stopped
     #[arg(short, long, value_name = "SCENE")]
     pub(crate) output: PathBuf,
     /// Sizes of the network, terms of the loss and course of the training (JSON)
     #[arg(long, value_name = "FILE")]
     pub(crate) settings: Option<PathBuf>,
-    /// First try which network the scene requires, with so many steps a trial, and leave out what does not pay
-    #[arg(long, value_name = "STEPS")]
-    pub(crate) search: Option<usize>,
     /// Steps in all
     #[arg(long)]
     pub(crate) steps: Option<usize>,

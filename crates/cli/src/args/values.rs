@@ -3,7 +3,6 @@
 use promenade_baker::reconstruction::Landmark;
 use promenade_baker::simulation::{Absorption, Part};
 use promenade_core::glam::Vec3;
-use promenade_core::network::CloudKind;
 use promenade_core::published::Projection;
 use promenade_paths::Origin;
 use promenade_player::command::values;
@@ -52,11 +51,6 @@ pub(super) fn parse_part(text: &str) -> Result<Part, String> {
 pub(super) fn parse_direction(text: &str) -> Result<Vec3, String> {
     let direction = parse_point(text)?;
     direction.try_normalize().ok_or_else(|| "expected a direction, found no length".to_owned())
-}
-
-pub(super) fn parse_kind(text: &str) -> Result<CloudKind, String> {
-    CloudKind::from_name(text)
-        .ok_or_else(|| format!("expected one of {}", CloudKind::PUBLISHED.map(CloudKind::name).join(", ")))
 }
 
 /// Parses one of some names.

@@ -7,8 +7,8 @@ use crate::report;
 use anyhow::{Context, Result};
 use promenade_acoustics::{Material, Materials};
 use promenade_fit::{
-    Alike, FITTED_HZ, FittedRoom, Form, FullFit, Measurements, RoomModel, Row, Split, all_figures, baselines, fit_row,
-    mean_rows, octave_t20_s, prediction_errors, table,
+    Alike, FITTED_HZ, FullFit, Measurements, RoomModel, Row, Split, all_figures, baselines, fit_row, mean_rows, octave_t20_s,
+    prediction_errors, table,
 };
 use std::path::Path;
 
@@ -29,15 +29,10 @@ pub(super) fn held_out(fitter: &Fitter<'_>, room: Option<&Stated>, set: &Measure
             // One that is searched is searched in the places that are fitted to.
             let train = set.only(&split.train);
             let room = &stated.room(&train)?;
-            if matches!(room.form, Form::Box(_)) {
-                rows.push(row("quick fit", &fitter.quick(room, &train)?));
-            }
-            if !args.quick {
-                let each = &mut |share| bar.at((i as f64 + share) / f64::from(args.splits));
-                let (whole, patches) = fitter.full(room, &train, None, &|_| Ok(()), each)?;
-                rows.push(row("full fit", &whole));
-                rows.extend(patches.map(|patches| row("full fit in voxels", &patches)));
-            }
+            let each = &mut |share| bar.at((i as f64 + share) / f64::from(args.splits));
+            let (whole, patches) = fitter.full(room, &train, None, &|_| Ok(()), each)?;
+            rows.push(row("full fit", &whole));
+            rows.extend(patches.map(|patches| row("full fit in voxels", &patches)));
         }
         tables.push(rows);
     }
@@ -53,14 +48,13 @@ pub(super) fn held_out(fitter: &Fitter<'_>, room: Option<&Stated>, set: &Measure
 }
 
 /// Judges a fitted room with other materials on measurements of the changed room.
-pub(super) fn changed(args: &FitArgs, path: &Path, fit: &mut dyn FittedRoom, set: &Measurements) -> Result<()> {
+pub(super) fn changed(args: &FitArgs, path: &Path, fit: &mut FullFit, set: &Measurements) -> Result<()> {
     let mut options = args.set.options();
     options.setting.clone_from(&args.changed_setting);
     let judge = Measurements::load(path, &options)?;
     report::notes(&judge.notes);
     if !args.alike.is_empty() {
-        let full = fit.full().context("--alike: expected a full fit, found --quick")?;
-        return alike(args, full, set, &judge);
+        return alike(args, fit, set, &judge);
     }
     let convention = args.convention.into();
     let figures = all_figures(&judge, convention);
@@ -69,7 +63,7 @@ pub(super) fn changed(args: &FitArgs, path: &Path, fit: &mut dyn FittedRoom, set
         errors: prediction_errors(fit, set, &judge, &figures, convention),
     };
     let unchanged = row("unchanged", fit);
-    for (surface, material) in materials(&fit.surfaces(), &args.materials)? {
+    for (surface, material) in materials(&fit.room.surfaces, &args.materials)? {
         fit.set_absorption(surface, &material.absorption);
     }
     let rows = [unchanged, row("changed", fit)];

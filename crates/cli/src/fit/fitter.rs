@@ -1,12 +1,11 @@
-//! Fits with their progress; a full fit is kept, so that it goes on where it was stopped.
+//! Fits with their progress; a fit is kept, so that it goes on where it was stopped.
 
 use super::patches::{self, Patches};
-use super::room;
 use crate::args::{FitArgs, Hold};
 use crate::report;
 use anyhow::{Context, Result};
 use promenade_audio::atomic;
-use promenade_fit::{FitError, FittedRoom, FlatRoom, FullFit, FullOptions, Measurements, QuickFit, Saved, full_fit, quick_fit};
+use promenade_fit::{FitError, FlatRoom, FullFit, FullOptions, Measurements, Saved, full_fit};
 use std::fs;
 use std::path::PathBuf;
 use std::time::Instant;
@@ -21,10 +20,6 @@ pub(super) struct Fitter<'a> {
 }
 
 impl Fitter<'_> {
-    pub(super) fn quick(&self, room: &FlatRoom, set: &Measurements) -> Result<QuickFit> {
-        Ok(quick_fit(&room::of_box(room)?, set, self.args.seed)?)
-    }
-
     fn options(&self) -> FullOptions {
         let free = |what: Hold| !self.args.hold.contains(&what);
         FullOptions {
@@ -37,7 +32,7 @@ impl Fitter<'_> {
         }
     }
 
-    /// The full fit of whole surfaces, and of their patches where these are asked for. `keep` is told every state of the first,
+    /// The fit of whole surfaces, and of their patches where these are asked for. `keep` is told every state of the first,
     /// `each` the share of the work that is done.
     pub(super) fn full(
         &self,
@@ -58,13 +53,12 @@ impl Fitter<'_> {
         Ok((fit, patches))
     }
 
-    /// The fit that is asked for; a full one goes on from its state beside the output, if there is one.
-    pub(super) fn kept(&self, room: &FlatRoom, set: &Measurements) -> Result<Box<dyn FittedRoom>> {
+    /// The fit that is asked for. It goes on from its state beside the output, if there is one.
+    pub(super) fn kept(&self, room: &FlatRoom, set: &Measurements) -> Result<FullFit> {
         let began = Instant::now();
-        let fit: Box<dyn FittedRoom> =
-            if self.args.quick { Box::new(self.quick(room, set)?) } else { Box::new(self.resumed(room, set)?) };
+        let fit = self.resumed(room, set)?;
         report::line(format_args!("{}: fitted in {:.1} s", set.title, began.elapsed().as_secs_f64()));
-        fit.full().into_iter().for_each(patches::say);
+        patches::say(&fit);
         fit.doubts().iter().for_each(report::note);
         Ok(fit)
     }

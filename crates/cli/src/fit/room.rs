@@ -3,7 +3,7 @@
 use crate::args::{FitArgs, Per};
 use crate::{report, simulate};
 use anyhow::{Context, Result, bail};
-use promenade_fit::{FlatRoom, Form, Measurements, Searched, WALLS, Walls, search_box};
+use promenade_fit::{FlatRoom, Measurements, Searched, WALLS, Walls, search_box};
 use std::path::Path;
 
 /// Endings of meshes.
@@ -56,14 +56,6 @@ pub(crate) fn walls(room: &Path) -> Result<Walls> {
             "{text}: expected the room's length, width and height in metres, X,Y,Z, a mesh, or the word box for one that is \
              searched"
         ),
-    }
-}
-
-/// The walls of a box.
-pub(super) fn of_box(room: &FlatRoom) -> Result<Walls> {
-    match &room.form {
-        Form::Box(walls) => Ok(*walls),
-        Form::Mesh(_) => bail!("--quick: expected a box, found a mesh; without it meshes are fitted too"),
     }
 }
 

@@ -3,13 +3,11 @@
 use crate::args::FitArgs;
 use crate::{hrtf, report, scene};
 use anyhow::{Result, bail};
-use promenade_acoustics::{Material, Materials, Room, Shoebox, Source};
-use promenade_baker::geometry::{GeometryOptions, bake_box, bake_geometry, scene_head};
+use promenade_acoustics::{Material, Materials, Room, Source};
+use promenade_baker::geometry::{GeometryOptions, bake_geometry};
 use promenade_baker::simulation::{Hrtf, scene_spacing_m};
 use promenade_core::Scene;
-use promenade_core::glam::{DVec3, Vec3};
-use promenade_fit::{FittedRoom, Form, FullFit, MaterialsBeside, Measurements, Walls, full_mesh};
-use promenade_room::{PLAYED_IMAGES, SceneOptions, ShoeboxRoom};
+use promenade_fit::{FullFit, MaterialsBeside, Measurements, full_mesh};
 use std::path::Path;
 
 /// Sample rate of a scene, hertz.
@@ -38,50 +36,15 @@ fn recipe(args: &FitArgs, set: &Measurements) -> String {
     format!("fit {} --head {head} --seed {}{}", set.title, args.seed, args.set.air)
 }
 
-pub(super) fn write(
-    args: &FitArgs,
-    output: &Path,
-    fit: &dyn FittedRoom,
-    set: &Measurements,
-    beside: &MaterialsBeside,
-) -> Result<()> {
+pub(super) fn write(args: &FitArgs, output: &Path, fit: &FullFit, set: &Measurements, beside: &MaterialsBeside) -> Result<()> {
     let hrtf = head(args, output)?;
-    let baked = match (fit.full(), fit.form()) {
-        (Some(full), _) => of_room(args, &hrtf, full, set, beside)?,
-        (None, Form::Box(walls)) => of_box(args, &hrtf, &walls, set, beside)?,
-        (None, Form::Mesh(_)) => bail!("expected a box"),
-    };
-    let bytes = scene::write(output, &baked)?;
+    let bytes = scene::write(output, &made(args, &hrtf, fit, set, beside)?)?;
     report::line(format_args!("{}: {} kB", output.display(), bytes.div_ceil(1000)));
     Ok(())
 }
 
-/// A box as the editor makes it.
-fn of_box(args: &FitArgs, hrtf: &Hrtf, walls: &Walls, set: &Measurements, beside: &MaterialsBeside) -> Result<Scene> {
-    let Ok(materials) = materials(&promenade_fit::WALLS.map(str::to_owned), beside)?.try_into() else {
-        bail!("expected six walls")
-    };
-    let source = set.all.first().map_or(Vec3::ZERO, |m| DVec3::from(m.source.at_m).as_vec3());
-    let room = ShoeboxRoom {
-        walls: Shoebox { size: walls.size_m(), materials },
-        corner: DVec3::from(walls.low_m).as_vec3(),
-        emitter: args.emitter.unwrap_or(source),
-    };
-    let options = SceneOptions {
-        images: PLAYED_IMAGES,
-        air: set.air,
-        waves_hz: None,
-        layer_m: None,
-        gain_db: 0.0,
-        seed: args.seed,
-        title: format!("{}, fitted", set.title),
-        recipe: recipe(args, set),
-    };
-    Ok(bake_box(&room, &scene_head(hrtf)?, &options)?)
-}
-
-/// Any room, with the source as it was found.
-fn of_room(args: &FitArgs, hrtf: &Hrtf, fit: &FullFit, set: &Measurements, beside: &MaterialsBeside) -> Result<Scene> {
+/// The room with the source as it was found.
+fn made(args: &FitArgs, hrtf: &Hrtf, fit: &FullFit, set: &Measurements, beside: &MaterialsBeside) -> Result<Scene> {
     let mesh = full_mesh(fit)?;
     let room = Room::new(&mesh, &materials(&mesh.groups, beside)?)?;
     let (found, facing) = match (fit.places.first(), set.all.first()) {

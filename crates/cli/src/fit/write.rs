@@ -6,7 +6,7 @@ use crate::report;
 use anyhow::{Result, bail};
 use promenade_audio::atomic;
 use promenade_fit::{
-    FittedRoom, FlatRoom, MaterialsBeside, Measurements, PictureNames, Prediction, absorption_svg, decays_svg, plan_svg,
+    FlatRoom, FullFit, MaterialsBeside, Measurements, PictureNames, Prediction, absorption_svg, decays_svg, plan_svg,
 };
 use std::path::{Path, PathBuf};
 
@@ -18,7 +18,7 @@ pub(super) fn check_ending(output: &Path) -> Result<()> {
 }
 
 /// The mesh, its materials, the report with its pictures, and the scene if one is asked for.
-pub(super) fn all(args: &FitArgs, output: &Path, stated: &FlatRoom, fit: &dyn FittedRoom, set: &Measurements) -> Result<()> {
+pub(super) fn all(args: &FitArgs, output: &Path, stated: &FlatRoom, fit: &FullFit, set: &Measurements) -> Result<()> {
     let made = format!("fit of {} to {} responses, promenade {}", set.title, set.all.len(), env!("CARGO_PKG_VERSION"));
     let beside = MaterialsBeside::of(fit, set, &made)?;
     let [absorption, plan, decays] = ["svg", "plan.svg", "decays.svg"].map(|e| output.with_extension(format!("report.{e}")));
@@ -30,12 +30,10 @@ pub(super) fn all(args: &FitArgs, output: &Path, stated: &FlatRoom, fit: &dyn Fi
         (output.with_extension("report.md"), fit.markdown(set, &names)),
         (output.with_extension("report.json"), serde_json::to_string_pretty(&fit.json(set))? + "\n"),
         (absorption, absorption_svg(&fit.curves())),
+        (plan, plan_svg(stated, fit, set)?),
     ];
     if let Some(prediction) = Prediction::new(fit, set) {
         files.push((decays, decays_svg(&prediction, set)));
-    }
-    if let Some(fit) = fit.full() {
-        files.push((plan, plan_svg(stated, fit, set)?));
     }
     for (path, text) in &files {
         atomic::write(path, text.as_bytes())?;

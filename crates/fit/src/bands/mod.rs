@@ -8,6 +8,6 @@ pub use estimate::Estimate;
 pub(crate) use estimate::{logistic, logit};
 pub use octaves::FITTED_HZ;
 pub(crate) use octaves::{
-    JND, LEAD_S, binned, db, energy, measures, octave_decays, octave_energies_db, octaves_at, share, split, without_noise,
+    LEAD_S, binned, db, energy, measures, octave_decays, octave_energies_db, octaves_at, share, split, without_noise,
 };
 pub use spaced::{BANDS, Bands, PerBand};

@@ -10,9 +10,6 @@ pub const FITTED_HZ: [f64; 8] = [63.0, 125.0, 250.0, 500.0, 1000.0, 2000.0, 4000
 pub(crate) const LEAD_S: f64 = 0.002;
 /// Octaves over which the edge of a band falls.
 const EDGE: f64 = 1.0 / 3.0;
-/// Just noticeable differences that figures are counted in: of reverberation times as a share, of clarity and level in dB (ISO
-/// 3382-1).
-pub(crate) const JND: [f64; 4] = [0.05, 0.05, 1.0, 1.0];
 
 /// How many octaves a sample rate holds.
 #[must_use]

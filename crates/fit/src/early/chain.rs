@@ -1,6 +1,5 @@
 //! What loudspeaker and microphone do to a direct sound, from the direct sounds of all measurements.
 
-use crate::bands::{Bands, FITTED_HZ, octave_energies_db};
 use crate::measurements::{Clock, Measurement, Measurements};
 use promenade_fourier::num_complex::Complex64;
 use promenade_fourier::{signal, spectrum};
@@ -10,10 +9,6 @@ use promenade_metrics::onset;
 const WINDOW_S: (f64, f64, f64) = (0.001, 0.004, 0.0015);
 /// Direct sounds are searched this far about the first loud sample, seconds.
 const SEARCH_S: f64 = 0.001;
-/// Octaves above have their levels in the window, hertz.
-const RESOLVED_HZ: f64 = 400.0;
-/// Levels are not moved by more than this, dB.
-const MOST_DB: f64 = 20.0;
 /// Points between samples where a direct sound may lie.
 const FINE: usize = 8;
 
@@ -81,29 +76,6 @@ impl Chain {
         let delays = set.all.iter().zip(&arrivals_s).map(|(m, t)| if known { t - m.distance_m() / speed_m_s } else { *t });
         let delay_s = delays.sum::<f64>() / set.all.len() as f64;
         Some(Self { response, lead: before, arrivals_s, delay_s, known, speed_m_s })
-    }
-
-    /// The chain with these energies in its lowest octaves, dB: its window is too short for them, where walls have answered
-    /// before they have passed.
-    #[must_use]
-    pub fn with_levels(&self, levels_db: &[f64], sample_rate_hz: f64) -> Self {
-        let length = (4 * self.response.len()).next_power_of_two();
-        let before = length / 4;
-        let as_f32: Vec<f32> = self.response.iter().map(|v| *v as f32).collect();
-        let own = octave_energies_db(&as_f32, sample_rate_hz);
-        let gain = |(o, (own, level)): (usize, (&f64, &f64))| {
-            if FITTED_HZ[o] > RESOLVED_HZ { 0.0 } else { level - own }
-        };
-        let gains_db: Vec<f64> = own.iter().zip(levels_db).enumerate().map(gain).collect();
-        let bands = Bands::new(sample_rate_hz);
-        let by_band = bands.from_octaves(&gains_db);
-        let mut bins = spectrum(std::iter::repeat_n(0.0, before).chain(self.response.iter().copied()), length);
-        for (k, bin) in bins.iter_mut().enumerate() {
-            let (below, fraction) = bands.place(k as f64 * sample_rate_hz / length as f64);
-            let db = by_band[below] * (1.0 - fraction) + by_band[below + 1] * fraction;
-            *bin *= 10f64.powf(db.clamp(-MOST_DB, MOST_DB) / 20.0);
-        }
-        Self { response: signal(bins, length), lead: self.lead + before, ..self.clone() }
     }
 
     /// When the direct sound of a place elsewhere arrives, seconds from the first sample.

@@ -4,7 +4,6 @@
 //! that of the chain. The rays' answer is taken along its slopes by each surface about where the numbers are, anew in each
 //! round.
 
-use super::energies::BIN_S;
 use super::histories::{Histories, Surface};
 use crate::bands::{BANDS, Bands, FITTED_HZ, PerBand, db, logistic, logit, measures, octave_decays, octaves_at};
 use crate::early::{Diffuse, EarlyModel};
@@ -17,6 +16,8 @@ use rayon::prelude::*;
 const SD: [f64; 2] = [0.03, 1.0];
 /// The late part, seconds after the direct sound.
 const LATE_S: (f64, f64) = (0.08, 0.25);
+/// Length of a bin of energies, seconds.
+pub(crate) const BIN_S: f64 = 0.004;
 /// Steps of logits for slopes.
 const STEP: f64 = 0.05;
 /// Octaves below this are fitted by nothing here: no bands lie there, hertz.

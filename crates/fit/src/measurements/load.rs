@@ -1,7 +1,7 @@
 //! Reads a set of whichever layout it is.
 
 use super::set::{LoadOptions, Measurements};
-use super::{folder, published, r3vival, sofa};
+use super::{folder, r3vival, sofa};
 use crate::error::FitError;
 use std::path::Path;
 
@@ -18,16 +18,9 @@ impl Measurements {
             folder::load(path, options)?
         } else if has(r3vival::POSITIONS) {
             r3vival::load(path, options)?
-        } else if has("pos_mic.npy") {
-            published::mesh_rir(path, options)?
-        } else if has("RIRs.npy") {
-            published::hearing_anything_anywhere(path, options)?
-        } else if published::is_raf(path) {
-            published::raf(path, options)?
         } else {
-            let layouts = "a .sofa file, or a folder with measurements.json or laid out as R3VIVAL, Real Acoustic Fields, \
-                           Hearing Anything Anywhere or MeshRIR are";
-            return Err(FitError::content(path, layouts, "neither"));
+            let expected = "a .sofa file, or a folder with measurements.json or laid out as R3VIVAL is";
+            return Err(FitError::content(path, expected, "neither"));
         };
         set.air = options.air;
         set.all.sort_by(|a, b| a.name.cmp(&b.name));

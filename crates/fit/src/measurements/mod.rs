@@ -1,7 +1,7 @@
 //! Measured responses with their places.
 //!
-//! [`Measurements::load`] reads a SOFA file, a folder with a `measurements.json`, or the layout of a published data set, which
-//! it recognises by the names of its files. Places are in metres, z up. Whatever a microphone is, a fit sees one channel of
+//! [`Measurements::load`] reads a SOFA file, a folder with a `measurements.json`, or the layout of R3VIVAL, which it
+//! recognises by the names of its files. Places are in metres, z up. Whatever a microphone is, a fit sees one channel of
 //! sound pressure: of AmbiX the first, of a pair of ears each as a microphone of its own beside the head's middle.
 //!
 //! [`Figures`] are what is measured of one response.
@@ -12,8 +12,6 @@ mod figures;
 mod folder;
 mod heads;
 mod load;
-mod npy;
-mod published;
 mod r3vival;
 mod set;
 mod sofa;

@@ -1,9 +1,7 @@
-//! Random numbers, descent and small linear systems.
+//! Random numbers and descent.
 
 mod adam;
-mod linear;
 mod random;
 
 pub(crate) use adam::Adam;
-pub(crate) use linear::solve;
 pub use random::Random;

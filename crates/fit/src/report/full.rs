@@ -1,7 +1,6 @@
 //! What a full fit says of itself.
 
 use super::absorption::Curve;
-use super::fitted_room::{FittedRoom, PictureNames};
 use super::markdown::{NO_FACING, begin, cell, markdown_table, row};
 use super::mesh::{full_mesh, patch_group, room_obj};
 use crate::bands::{BANDS, Estimate, FITTED_HZ, PerBand, db, octaves_at};
@@ -13,6 +12,17 @@ use promenade_acoustics::Octaves;
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
 
+/// Names of the files beside a report.
+#[derive(Clone, Copy, Debug)]
+pub struct PictureNames<'a> {
+    /// Absorption over frequency.
+    pub absorption: &'a str,
+    /// The plan that was found over the stated one.
+    pub plan: &'a str,
+    /// Decays by octave.
+    pub decays: &'a str,
+}
+
 /// Metres with an error, if there is one.
 fn signed(m: f64, error_m: f64) -> String {
     if error_m > 0.0 { format!("{m:+.3} ± {error_m:.3}") } else { format!("{m:+.3}") }
@@ -22,20 +32,9 @@ fn worst(errors: [f64; 3]) -> f64 {
     errors.into_iter().fold(0.0, f64::max)
 }
 
-impl FittedRoom for FullFit {
-    fn full(&self) -> Option<&FullFit> {
-        Some(self)
-    }
-
-    fn form(&self) -> Form {
-        self.room.form.clone()
-    }
-
-    fn surfaces(&self) -> Vec<String> {
-        self.room.surfaces.clone()
-    }
-
-    fn set_absorption(&mut self, surface: usize, absorption: &Octaves) {
+impl FullFit {
+    /// Gives a surface another absorption, by octave from 125 Hz.
+    pub fn set_absorption(&mut self, surface: usize, absorption: &Octaves) {
         let stated = self.bands.of_material_octaves(&absorption.map(f64::from)).map(Estimate::stated);
         self.surfaces[surface].absorption = stated;
         if let Some(own) = &mut self.voxels {
@@ -45,23 +44,33 @@ impl FittedRoom for FullFit {
         }
     }
 
-    fn curves(&self) -> Vec<Curve> {
+    /// Absorption by surface over frequency.
+    #[must_use]
+    pub fn curves(&self) -> Vec<Curve> {
         let points = |s: &SurfaceFit| self.bands.centres_hz.into_iter().zip(s.absorption).collect();
         self.surfaces.iter().map(|s| Curve { name: s.name.clone(), points: points(s) }).collect()
     }
 
-    fn doubts(&self) -> Vec<String> {
+    /// What these data do not tell, in words.
+    #[must_use]
+    pub fn doubts(&self) -> Vec<String> {
         let missing = self.missing_hz.iter().map(|hz| format!("no reverberation is known of the octave about {hz} Hz"));
         let open = self.undetermined();
         let open = (!open.is_empty()).then(|| format!("not determined by these data: {}", open.join(", ")));
         missing.chain(open).collect()
     }
 
-    fn obj(&self) -> Result<String, FitError> {
+    /// The room as a text in the format OBJ, metres, a group for each material.
+    ///
+    /// # Errors
+    /// A box without a volume.
+    pub fn obj(&self) -> Result<String, FitError> {
         if self.voxels.is_some() { Ok(full_mesh(self)?.to_obj()) } else { Ok(room_obj(&self.room)) }
     }
 
-    fn materials(&self) -> BTreeMap<String, String> {
+    /// Materials of the groups of [`Self::obj`] as `simulate` understands them.
+    #[must_use]
+    pub fn materials(&self) -> BTreeMap<String, String> {
         let bands = |shares: &PerBand| -> String {
             let band = |(hz, share): (&f64, &f64)| format!("{hz:.0}@{:.4}", share.clamp(0.0, 1.0));
             self.bands.centres_hz.iter().zip(shares).map(band).collect::<Vec<String>>().join("/")
@@ -79,7 +88,9 @@ impl FittedRoom for FullFit {
         groups.collect()
     }
 
-    fn markdown(&self, set: &Measurements, pictures: &PictureNames<'_>) -> String {
+    /// Estimates, what is left, and what is not determined, as Markdown.
+    #[must_use]
+    pub fn markdown(&self, set: &Measurements, pictures: &PictureNames<'_>) -> String {
         let form = match &self.room.form {
             Form::Box(walls) => {
                 let [x, y, z] = walls.size_m();
@@ -107,7 +118,9 @@ impl FittedRoom for FullFit {
         text + &surfaces(self) + &residual(self, set) + &walls(self) + &places(self, set)
     }
 
-    fn json(&self, set: &Measurements) -> Value {
+    /// The numbers of [`Self::markdown`], and all others, as JSON.
+    #[must_use]
+    pub fn json(&self, set: &Measurements) -> Value {
         let wall = |(found, wall): (&WallFound, &FlatWall)| {
             json!({
                 "surface": self.room.surfaces[wall.surface], "normal": wall.normal, "at_m": wall.at_m,

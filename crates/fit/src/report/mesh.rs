@@ -1,6 +1,5 @@
 //! A fitted room as a mesh, and the materials of its groups.
 
-use super::fitted_room::FittedRoom;
 use crate::error::FitError;
 use crate::fits::FullFit;
 use crate::measurements::Measurements;
@@ -17,8 +16,8 @@ use std::fmt::Write;
 pub struct MaterialsBeside {
     /// How they were made, for readers.
     pub made: String,
-    /// By group: absorption and scattering with a colon between, each octaves from 63 Hz of a quick fit, and of a full one its
-    /// bands as `HZ@SHARE`, with slashes between.
+    /// By group: absorption and scattering with a colon between, each bands as
+    /// `HZ@SHARE` with slashes between.
     pub materials: BTreeMap<String, String>,
     /// The source, where the fit has found what it sends.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -43,9 +42,8 @@ impl MaterialsBeside {
     ///
     /// # Errors
     /// A source that is not finite.
-    pub fn of(fit: &dyn FittedRoom, set: &Measurements, made: &str) -> Result<Self, FitError> {
-        let source = fit.full().map(|full| SourceBeside::of(full, set)).transpose()?;
-        Ok(Self { made: made.to_owned(), materials: fit.materials(), source })
+    pub fn of(fit: &FullFit, set: &Measurements, made: &str) -> Result<Self, FitError> {
+        Ok(Self { made: made.to_owned(), materials: fit.materials(), source: Some(SourceBeside::of(fit, set)?) })
     }
 }
 

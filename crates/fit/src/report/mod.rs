@@ -2,17 +2,15 @@
 
 mod absorption;
 mod decays;
-mod fitted_room;
 mod full;
 mod markdown;
 mod mesh;
 mod panels;
 mod plan;
-mod quick;
 
 pub use absorption::{Curve, absorption_svg};
 pub use decays::decays_svg;
-pub use fitted_room::{FittedRoom, PictureNames};
+pub use full::PictureNames;
 pub use markdown::table;
 pub use mesh::{MaterialsBeside, SourceBeside, box_obj, full_mesh};
 pub use plan::plan_svg;

@@ -1,6 +1,6 @@
 //! An input after its form.
 
-use super::{bytes, flac, hdf5, json, riff, tensors, text, zipped};
+use super::{bytes, flac, hdf5, json, riff, tensors, text};
 use fastrand::Rng;
 
 /// What is repeated may be long, and repeated again.
@@ -30,9 +30,7 @@ pub(super) fn in_its_form(rng: &mut Rng, input: &mut Vec<u8>, other: &[u8]) -> b
     if rng.u8(0..4) == 0 {
         return false;
     }
-    let result = if input.starts_with(b"PK") {
-        zipped::changed(rng, input, other)
-    } else if riff::is_one(input) {
+    let result = if riff::is_one(input) {
         riff::changed(rng, input, other)
     } else if input.starts_with(b"glTF") {
         riff::changed_gltf(rng, input)

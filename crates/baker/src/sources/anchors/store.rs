@@ -64,8 +64,8 @@ impl AnchorSet {
         placement(path, &metadata)
     }
 
-    /// Reads anchors: what [`AnchorSet::save`] wrote, or a `.safetensors` or `.npz` file with `anchor_xyz` and `rgb_features`,
-    /// which has no placement and gets [`Placement::IDENTITY`].
+    /// Reads anchors: what [`AnchorSet::save`] wrote, or a `.safetensors` file with `anchor_xyz` and `rgb_features`, which
+    /// has no placement and gets [`Placement::IDENTITY`].
     ///
     /// # Errors
     /// A file that is damaged, too large, of another kind or of a later version. The message names the file.

@@ -18,7 +18,7 @@ pub(super) const MAX_BYTES: u64 = 256 << 20;
 const ROTATION_SLACK: f32 = 0.02;
 
 /// What a data set does not say.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct ImportCapture {
     /// Name of the place.
     pub title: String,
@@ -32,28 +32,6 @@ pub struct ImportCapture {
     pub emitter: Option<Vec3>,
     /// Where the data's world lies in the capture's; without up as the layout has it.
     pub placement: PlacementOptions,
-    /// Length of a clip, seconds, where the layout does not have one.
-    pub clip_s: f64,
-    /// Share of the clips that are for testing, where the layout does not split them.
-    pub test_share: f64,
-    /// Seed of that split.
-    pub seed: u64,
-}
-
-impl Default for ImportCapture {
-    fn default() -> Self {
-        Self {
-            title: String::new(),
-            credit: String::new(),
-            licence: String::new(),
-            sample_rate_hz: None,
-            emitter: None,
-            placement: PlacementOptions::default(),
-            clip_s: 1.0,
-            test_share: 0.2,
-            seed: 1,
-        }
-    }
 }
 
 impl ImportCapture {

@@ -1,7 +1,6 @@
 //! Anchors: where they are and what is seen there.
 
-use super::form::Form;
-use super::{npz, weights};
+use super::weights::Stored;
 use crate::BakeError;
 use promenade_core::glam::Vec3;
 use promenade_core::network::{HARMONIC, Tensor};
@@ -13,7 +12,7 @@ const POSITIONS: [&str; 3] = ["anchors.position", "anchor_xyz", "xyz"];
 /// Names of the features in files.
 const FEATURES: [&str; 3] = ["anchors.features", "rgb_features", "features"];
 /// What an anchor file must be.
-const EXPECTED: &str = "anchors as .safetensors or .npz with 'anchor_xyz' and 'rgb_features'";
+const EXPECTED: &str = "anchors as .safetensors with 'anchor_xyz' and 'rgb_features'";
 /// The zeroth-order harmonic of a colour c in 0 to 1 is (c - 0.5) / 0.2821, so no larger than this.
 const LARGEST_HARMONIC: f32 = 0.5 / HARMONIC;
 
@@ -26,24 +25,10 @@ pub(crate) struct Anchors {
 }
 
 impl Anchors {
-    /// Reads a .safetensors or .npz file, of the former with its metadata.
+    /// Reads a .safetensors file, with its metadata.
     pub(super) fn read(path: &Path) -> Result<(Self, BTreeMap<String, String>), BakeError> {
         let wanted = |name: &str| POSITIONS.contains(&name) || FEATURES.contains(&name);
-        let (mut arrays, names, metadata) = match Form::of(path, EXPECTED)? {
-            Form::Safetensors => {
-                let file = weights::safetensors(path, wanted)?;
-                (file.weights, file.names, file.metadata)
-            }
-            Form::Zip => {
-                let (arrays, names) = npz::read(path, wanted)?;
-                (arrays, names, BTreeMap::new())
-            }
-            Form::Pickle => {
-                let found =
-                    "a pickle, which runs as a program when it is opened: turn it into .safetensors with export_avcloud.py";
-                return Err(BakeError::content(path, EXPECTED, found));
-            }
-        };
+        let Stored { weights: mut arrays, names, metadata, .. } = Stored::of(path, EXPECTED, wanted)?;
         let anchors = Self::take(path, &mut arrays)?.ok_or_else(|| {
             let found = if names.is_empty() { "no arrays".to_owned() } else { few(&names) };
             BakeError::content(path, EXPECTED, found)
@@ -99,7 +84,7 @@ impl Anchors {
 }
 
 /// Names for an error message, the first of many.
-pub(super) fn few(names: &[String]) -> String {
+fn few(names: &[String]) -> String {
     const SHOWN: usize = 8;
     let mut text: String = names.iter().take(SHOWN).map(|n| format!("'{n}'")).collect::<Vec<_>>().join(", ");
     if names.len() > SHOWN {

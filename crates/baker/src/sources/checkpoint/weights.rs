@@ -1,24 +1,16 @@
-//! Named arrays of floats out of PyTorch checkpoints and safetensors.
+//! Named arrays of floats out of safetensors files.
 
 use super::float::Float;
-use super::form::Form;
-use super::pickle;
 use crate::BakeError;
 use promenade_core::network::Tensor;
-use pytorch_reader::{DType, PytorchError, PytorchReader};
 use safetensors::{Dtype, SafeTensors};
 use std::collections::BTreeMap;
-use std::fs::File;
-use std::io::{BufReader, Read};
 use std::path::Path;
-use zip::ZipArchive;
 
-/// Bytes of the pickle inside an archive: a published one has some 30 kB, and a pickle can ask for 90 times its size in memory.
-const MAX_PICKLE_BYTES: u64 = 2 << 20;
-/// Bytes of all weights together, which views of one storage could multiply.
-const MAX_WEIGHT_BYTES: usize = 1 << 30;
+/// Bytes that a file may have.
+const MAX_BYTES: u64 = 1 << 30;
 /// What a checkpoint must be.
-const EXPECTED: &str = "a PyTorch checkpoint or the .safetensors that export_avcloud.py writes";
+const EXPECTED: &str = "the .safetensors that export_avcloud.py writes";
 
 /// What is in a file.
 #[derive(Debug, Default)]
@@ -26,7 +18,7 @@ pub(super) struct Stored {
     pub(super) weights: BTreeMap<String, Tensor>,
     /// Names of all arrays, also of those that were not wanted.
     pub(super) names: Vec<String>,
-    /// Key and value pairs of a safetensors file.
+    /// Key and value pairs of the file.
     pub(super) metadata: BTreeMap<String, String>,
     /// How many arrays were not `f32`.
     pub(super) converted: usize,
@@ -35,20 +27,39 @@ pub(super) struct Stored {
 impl Stored {
     /// Reads a checkpoint.
     pub(super) fn read(path: &Path) -> Result<Self, BakeError> {
-        let stored = match Form::of(path, EXPECTED)? {
-            Form::Safetensors => safetensors(path, |_| true)?,
-            Form::Zip => {
-                check_archive(path)?;
-                pytorch(path)?
-            }
-            Form::Pickle => {
-                pickle::check(path)?;
-                pytorch(path)?
-            }
-        };
+        let stored = Self::of(path, EXPECTED, |_| true)?;
         if stored.weights.is_empty() {
-            return Err(BakeError::content(path, "weights under \"state_dict\" or by themselves", "none"));
+            return Err(BakeError::content(path, "weights", "none"));
         }
+        Ok(stored)
+    }
+
+    /// Reads a safetensors file; only what is `wanted` is converted. `expected` says in an error what would have been right.
+    pub(super) fn of(path: &Path, expected: &str, wanted: impl Fn(&str) -> bool) -> Result<Self, BakeError> {
+        let unreadable = |e: safetensors::SafeTensorError| BakeError::unreadable(path, ".safetensors file", e);
+        let bytes = content(path, expected)?;
+        let (_, header) = SafeTensors::read_metadata(&bytes).map_err(unreadable)?;
+        let file = SafeTensors::deserialize(&bytes).map_err(unreadable)?;
+        let metadata = header.metadata().iter().flatten().map(|(k, v)| (k.clone(), v.clone())).collect();
+        let mut stored = Self { metadata, ..Self::default() };
+        for (name, view) in file.iter() {
+            stored.names.push(name.to_owned());
+            if !wanted(name) {
+                continue;
+            }
+            let float = match view.dtype() {
+                Dtype::F64 => Float::F64,
+                Dtype::F32 => Float::F32,
+                Dtype::F16 => Float::F16,
+                Dtype::BF16 => Float::Bf16,
+                other => {
+                    let expected = "floats of 16, 32 or 64 bits";
+                    return Err(BakeError::entry(path, format!("weights '{name}'"), expected, format!("{other:?}")));
+                }
+            };
+            stored.insert(path, name, view.shape(), float, view.data())?;
+        }
+        stored.names.sort();
         Ok(stored)
     }
 
@@ -68,92 +79,28 @@ impl Stored {
     }
 }
 
-/// A safetensors file; only what is `wanted` is converted.
-pub(super) fn safetensors(path: &Path, wanted: impl Fn(&str) -> bool) -> Result<Stored, BakeError> {
-    let unreadable = |e: safetensors::SafeTensorError| BakeError::unreadable(path, ".safetensors file", e);
+/// The bytes of what is a safetensors file by its first ones.
+fn content(path: &Path, expected: &str) -> Result<Vec<u8>, BakeError> {
+    let wrong = |found: &str| Err(BakeError::content(path, expected, found));
+    // Opening a pipe would wait for its writer, so what it is comes first.
+    let about = std::fs::metadata(path).map_err(BakeError::read(path))?;
+    if about.is_dir() {
+        return wrong("a folder");
+    }
+    if !about.is_file() {
+        return wrong("no regular file");
+    }
+    if about.len() > MAX_BYTES {
+        return wrong(&format!("{} bytes, more than the {MAX_BYTES} that are read", about.len()));
+    }
     let bytes = std::fs::read(path).map_err(BakeError::read(path))?;
-    let (_, header) = SafeTensors::read_metadata(&bytes).map_err(unreadable)?;
-    let file = SafeTensors::deserialize(&bytes).map_err(unreadable)?;
-    let metadata = header.metadata().iter().flatten().map(|(k, v)| (k.clone(), v.clone())).collect();
-    let mut stored = Stored { metadata, ..Stored::default() };
-    for (name, view) in file.iter() {
-        stored.names.push(name.to_owned());
-        if !wanted(name) {
-            continue;
-        }
-        let float = match view.dtype() {
-            Dtype::F64 => Float::F64,
-            Dtype::F32 => Float::F32,
-            Dtype::F16 => Float::F16,
-            Dtype::BF16 => Float::Bf16,
-            other => return Err(no_floats(path, name, &other)),
-        };
-        stored.insert(path, name, view.shape(), float, view.data())?;
+    match bytes[..] {
+        [] => wrong("an empty file"),
+        // The length of a header, which may look like the start of the others, and the header.
+        [_, _, _, _, 0, 0, 0, 0, b'{', ..] => Ok(bytes),
+        [b'P', b'K', ..] | [0x80, ..] => wrong(
+            "a file of PyTorch, NumPy or Python (a pickle runs as a program when it is opened): export_avcloud.py converts it",
+        ),
+        _ => wrong("something else"),
     }
-    stored.names.sort();
-    Ok(stored)
-}
-
-/// A checkpoint as `torch.save` writes it. Its pickle is parsed, never run.
-fn pytorch(path: &Path) -> Result<Stored, BakeError> {
-    let unreadable = |e: PytorchError| BakeError::unreadable(path, "PyTorch checkpoint", e);
-    let reader = match PytorchReader::with_top_level_key(path, "state_dict") {
-        Err(PytorchError::KeyNotFound(_)) => PytorchReader::new(path).map_err(unreadable)?,
-        nested => nested.map_err(unreadable)?,
-    };
-    let total = reader.tensors().values().fold(0_usize, |sum, t| sum.saturating_add(t.byte_len()));
-    if total > MAX_WEIGHT_BYTES {
-        return Err(BakeError::content(path, format!("at most {MAX_WEIGHT_BYTES} bytes of weights"), total));
-    }
-    let mut stored = Stored::default();
-    for (name, tensor) in reader.tensors() {
-        let float = match tensor.dtype() {
-            DType::F64 => Float::F64,
-            DType::F32 => Float::F32,
-            DType::F16 => Float::F16,
-            DType::BF16 => Float::Bf16,
-            other => return Err(no_floats(path, name, &other)),
-        };
-        let bytes = tensor.read().map_err(|e| BakeError::unreadable(path, "PyTorch checkpoint", e))?;
-        stored.insert(path, name, tensor.shape(), float, &bytes)?;
-        stored.names.push(name.clone());
-    }
-    stored.names.sort();
-    Ok(stored)
-}
-
-/// Looks at the sizes that an archive declares for its pickles before one is unpacked, and whether storages have the lengths
-/// that the pickle declares: bytes of another format would else be read as numbers.
-fn check_archive(path: &Path) -> Result<(), BakeError> {
-    let unreadable = |e: zip::result::ZipError| BakeError::unreadable(path, "PyTorch checkpoint", e);
-    let file = File::open(path).map_err(BakeError::read(path))?;
-    let mut archive = ZipArchive::new(BufReader::new(file)).map_err(unreadable)?;
-    let (mut sizes, mut pickles) = (BTreeMap::new(), Vec::new());
-    for i in 0..archive.len() {
-        let entry = archive.by_index_raw(i).map_err(unreadable)?;
-        let name = entry.name().map_err(unreadable)?.into_owned();
-        if name.ends_with(".pkl") && entry.size() > MAX_PICKLE_BYTES {
-            let expected = format!("at most {MAX_PICKLE_BYTES} bytes");
-            return Err(BakeError::entry(path, name, expected, entry.size()));
-        }
-        pickles.extend(name.strip_suffix("data.pkl").map(str::to_owned));
-        sizes.insert(name, entry.size());
-    }
-    for root in pickles {
-        let entry = archive.by_name(&format!("{root}data.pkl")).map_err(unreadable)?;
-        let mut pickle = Vec::new();
-        entry.take(MAX_PICKLE_BYTES).read_to_end(&mut pickle).map_err(|e| unreadable(e.into()))?;
-        for (key, declared) in pickle::storages(&pickle) {
-            let name = format!("{root}data/{key}");
-            if let Some(found) = sizes.get(&name).filter(|found| **found != declared) {
-                let expected = format!("a storage of {declared} bytes, as the pickle declares");
-                return Err(BakeError::entry(path, name, expected, format!("{found} bytes")));
-            }
-        }
-    }
-    Ok(())
-}
-
-fn no_floats(path: &Path, name: &str, found: &dyn std::fmt::Debug) -> BakeError {
-    BakeError::entry(path, format!("weights '{name}'"), "floats of 16, 32 or 64 bits", format!("{found:?}"))
 }

@@ -24,11 +24,12 @@ use super::saved::Saved;
 use crate::bands::BANDS;
 use crate::early::{Chain, EarlyModel, NODES, Nodes, Prior, Unknowns};
 use crate::error::FitError;
-use crate::late::LOUDSPEAKER_SHARPNESS;
 use crate::measurements::{LEAST_RESPONSES, Measurements, distance};
 use crate::room::FlatRoom;
 use descent::Descent;
 
+/// Directivity of a small loudspeaker by octave from 63 Hz: the sharpness of amplitudes `exp(sharpness (cos - 1))`.
+const LOUDSPEAKER_SHARPNESS: [f64; 8] = [0.03, 0.05, 0.1, 0.25, 0.5, 0.8, 1.2, 1.6];
 /// Source and microphone at least this far apart are different places, metres.
 const SAME_PLACE_M: f64 = 1e-3;
 
