@@ -21,6 +21,7 @@ mod report;
 mod section;
 mod simplify;
 mod stl;
+mod upright;
 mod welded;
 
 pub use enclose::FoundBox;

@@ -96,8 +96,8 @@ pub(crate) struct ImportCaptureArgs {
     /// Where the sound came from, metres in the capture's world
     #[arg(long, value_name = "X,Y,Z", value_parser = parse_point, allow_hyphen_values = true)]
     pub(crate) emitter: Option<Vec3>,
-    /// Of responses with several sources the one to use, counted from 0; without it the one with most responses
-    #[arg(long = "source", value_name = "N")]
+    /// Of responses with several emitters the one to use, counted from 0; without it the one with most responses
+    #[arg(long = "emitter-number", alias = "source", value_name = "N")]
     pub(crate) source_number: Option<usize>,
     #[command(flatten)]
     pub(crate) placement: PlacementArgs,
