@@ -10,4 +10,5 @@ mod measured_echoes;
 mod mesh;
 mod modes;
 mod particles;
+mod upright;
 mod waves;

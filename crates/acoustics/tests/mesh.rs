@@ -324,7 +324,7 @@ fn a_report_counts_what_is_odd() {
     let mut millimetres = whole;
     millimetres.scale(1000.0);
     assert!(
-        millimetres.report().warnings()[0].contains("a scale of 0.001 makes it 7.0 m"),
+        millimetres.report().warnings()[0].contains("--scale 0.001 makes it 7.0 x 5.0 x 3.0 m"),
         "{:?}",
         millimetres.report().warnings()
     );

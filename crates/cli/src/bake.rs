@@ -135,7 +135,7 @@ fn recipe(args: &BakeResponsesArgs) -> String {
         };
     }
     if let Some(n) = args.set.source {
-        text += &format!(" --source {n}");
+        text += &format!(" --emitter-number {n}");
     }
     let early = args.early_ms.map_or(String::new(), |ms| format!(" --early-ms {ms}"));
     let head = args.head.as_deref().map_or(String::new(), |file| format!(" --head {}", report::file_name(file)));

@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 
 pub(crate) fn run(args: &EvalArgs) -> Result<()> {
     let pairs = pairs(&args.subjects)?;
-    let head = args.hrtf.as_deref().map(|path| Responses::load(path, &LoadOptions::default())).transpose()?;
+    let head = args.head.as_deref().map(|path| Responses::load(path, &LoadOptions::default())).transpose()?;
     let options = EvaluateOptions {
         playing: args.tier,
         poses: match args.poses {

@@ -29,9 +29,9 @@ fn ambisonic(args: &AmbisonicArgs) -> Result<()> {
         NormalisationArg::Fuma => Normalisation::Fuma,
     });
     let set = AmbisonicResponses::load(&args.set.path, &args.set.options(None), normalisation, args.distance)?;
-    let head = hrtf::read(&args.hrtf)?;
+    let head = hrtf::read(&args.head)?;
     // A rate that is no whole number is refused when the responses are written, and before that by the HRTF's own.
-    let hrtf = hrtf::at(&head, set.sample_rate_hz as u32, &args.hrtf)?;
+    let hrtf = hrtf::at(&head, set.sample_rate_hz as u32, &args.head)?;
     let bar = report::Bar::new(set.responses.len() as f64);
     let mut binaural = set.binaural(&hrtf, args.yaws, |done| bar.at(done as f64))?;
     drop(bar);

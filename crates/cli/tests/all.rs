@@ -7,6 +7,7 @@ mod fit;
 mod fit_heard;
 mod host;
 mod map_mix;
+mod meshes;
 mod paths;
 mod placement;
 #[cfg(feature = "train")]

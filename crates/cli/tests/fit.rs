@@ -173,7 +173,7 @@ fn measurements_that_cannot_be_right_are_refused_or_named() {
     let out = place("x.obj").to_str().unwrap().to_owned();
     all_fail(&[
         (vec!["fit", lengths, &few, "-o", &out], "at least 3 responses, found 2"),
-        (vec!["fit", &millimetres, &set, "-o", &out], "--scale"),
+        (vec!["fit", &millimetres, &set, "-o", &out], "--scale 0.001 "),
         (vec!["fit", lengths, &set, "-o", "x.glb"], "ending in .obj or .promenade"),
         (vec!["fit", "2,2,2", &set, "-o", &out], "in the room from"),
         (vec!["fit", "nothing", &set, "-o", &out], "the word box"),

@@ -603,7 +603,7 @@ fn places_outside_of_a_closed_room_are_refused() {
         fails(&[&["simulate", mesh, "--materials", "*=0.2", "--head", &ears, "--rate", "16000", "-o", &out][..], more].concat())
     };
     let said = simulate(&closed, &["--source", "7,2,1.5", "--at", "3,2,1.5"]);
-    let clue = "--source: expected a place in the closed room, which lies from 0.00,0.00,0.00 to 6.00,4.00,2.80 m, found 7.00";
+    let clue = "--emitter: expected a place in the closed room, which lies from 0.00,0.00,0.00 to 6.00,4.00,2.80 m, found 7.00";
     assert!(said.contains(clue) && said.contains("the nearest place inside is 5."), "{said}");
     let said = simulate(&closed, &["--source", "3,2,1.5", "--at", "3,2,5"]);
     assert!(said.contains("listener: expected a place in the closed room"), "{said}");
@@ -616,5 +616,5 @@ fn places_outside_of_a_closed_room_are_refused() {
     };
     std::fs::write(&millimetres, ROOM.lines().map(|line| scaled(line) + "\n").collect::<String>()).unwrap();
     let said = simulate(&millimetres, &["--source", "3,2,1.5", "--at", "3,1,1.5"]);
-    assert!(said.contains("a scale of 0.001 makes it") && said.contains("--scale 1"), "{said}");
+    assert!(said.contains("--scale 0.001 makes it") && said.contains("--scale 1"), "{said}");
 }

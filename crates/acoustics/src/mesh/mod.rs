@@ -20,6 +20,7 @@ mod report;
 mod section;
 mod simplify;
 mod stl;
+mod upright;
 mod welded;
 
 pub use enclose::FoundBox;

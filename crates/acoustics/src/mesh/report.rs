@@ -8,6 +8,11 @@ use std::collections::HashMap;
 const WELD: f64 = 1e-5;
 /// Greatest lengths that a room has, metres; what is outside has another unit.
 const LENGTHS_M: [f64; 2] = [1.0, 300.0];
+/// Height from which a mesh is asked about: naves reach 48 m, and few domes more than this.
+const HIGHEST_M: f64 = 60.0;
+/// Metres of units that a mesh may have, and what they are called.
+const UNITS: [(f64, &str); 5] =
+    [(0.001, "millimetre"), (0.01, "centimetre"), (0.0254, "inch"), (0.3048, "foot"), (1000.0, "kilometre")];
 
 /// Defects of a mesh, in numbers.
 #[derive(Clone, Debug, PartialEq)]
@@ -159,16 +164,19 @@ fn turned(faces: usize, edges: &HashMap<[u32; 2], Vec<(usize, bool)>>) -> (Vec<b
 }
 
 impl MeshReport {
-    /// What is said of a mesh that is as large as no room, with the unit that it may have.
+    /// What is said of a mesh that is as large as no room, with the scale of the unit that it may have.
     #[must_use]
     pub fn odd_size(&self) -> Option<String> {
         let longest = self.size_m.into_iter().fold(0.0, f64::max);
         let [x, y, z] = self.size_m;
-        if (LENGTHS_M[0]..=LENGTHS_M[1]).contains(&longest) {
+        if (LENGTHS_M[0]..=LENGTHS_M[1]).contains(&longest) && z <= HIGHEST_M {
             return None;
         }
-        let factor = [0.001, 0.01, 0.0254, 0.3048, 1000.0].into_iter().find(|f| (3.0..=60.0).contains(&(f * longest)));
-        let unit = factor.map_or(String::new(), |f| format!("; a scale of {f} makes it {:.1} m", f * longest));
+        let is_room = |scale: f64| (3.0..=60.0).contains(&(scale * longest)) && (1.8..=20.0).contains(&(scale * z));
+        let unit = UNITS.into_iter().find(|(scale, _)| is_room(*scale)).map_or(String::new(), |(scale, name)| {
+            let [x, y, z] = self.size_m.map(|length| scale * length);
+            format!("; if its unit is the {name}, --scale {scale} makes it {x:.1} x {y:.1} x {z:.1} m")
+        });
         Some(format!("the mesh is {x:.4} x {y:.4} x {z:.4} m, which no room is{unit}"))
     }
 

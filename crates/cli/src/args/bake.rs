@@ -80,7 +80,7 @@ pub(crate) struct ResponsesArgs {
     #[arg(long, value_name = "DIR")]
     root: Option<PathBuf>,
     /// Emitter to use of a SOFA file with several, counted from 0
-    #[arg(long = "source", value_name = "N")]
+    #[arg(long = "emitter-number", alias = "source", value_name = "N")]
     pub(crate) source: Option<usize>,
 }
 

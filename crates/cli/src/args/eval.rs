@@ -33,9 +33,9 @@ pub(crate) struct EvalArgs {
     /// Judge the scenes alone
     #[arg(long)]
     pub(crate) no_baselines: bool,
-    /// HRTF (SOFA) for the baseline of distance and HRTF; without it a sphere for a head
-    #[arg(long, value_name = "FILE")]
-    pub(crate) hrtf: Option<PathBuf>,
+    /// Head (SOFA) for the baseline of distance and HRTF; without it a sphere for a head
+    #[arg(long, alias = "hrtf", value_name = "FILE.sofa")]
+    pub(crate) head: Option<PathBuf>,
     #[command(flatten)]
     pub(crate) hold_out: HoldOutArgs,
     /// Judge by the clips of this emitter alone

@@ -1,6 +1,7 @@
 //! Arguments of `promenade fit`.
 
 use super::air::AirArgs;
+use super::mesh::MeshArgs;
 use super::pictures::PictureArgs;
 use super::simulate::parse_rule;
 use super::values::{parse_point, within};
@@ -37,9 +38,8 @@ pub(crate) struct FitArgs {
     /// Reflections of images
     #[arg(long, default_value_t = 8, value_parser = clap::value_parser!(u32).range(1..=20))]
     pub(crate) order: u32,
-    /// Metres of the mesh's unit [default: 1; a mesh that is no room in metres is refused unless this is given]
-    #[arg(long, value_name = "M", value_parser = within(1e-6, 1e6))]
-    pub(crate) scale: Option<f64>,
+    #[command(flatten)]
+    pub(crate) world: MeshArgs,
     /// Reverberation times that the room's walls are given, with ROOM alone: T20 in seconds in seven octaves from 125 Hz, `-`
     /// for one that stays as it is, or a measured response. --materials says what the walls are made of; they all come to
     /// absorb more or less in the same proportion [without: 0.1 everywhere]
@@ -55,7 +55,7 @@ pub(crate) struct FitArgs {
     #[arg(long, value_name = "FILE.sofa")]
     pub(crate) head: Option<PathBuf>,
     /// Emitter of a scene, metres [default: the first measurement's source]
-    #[arg(long, value_name = "X,Y,Z", value_parser = parse_point)]
+    #[arg(long, value_name = "X,Y,Z", value_parser = parse_point, allow_hyphen_values = true)]
     pub(crate) emitter: Option<Vec3>,
     /// Compare what is predicted at places that are held out, and print it as a table with all baselines
     #[arg(long)]
@@ -149,11 +149,11 @@ pub(crate) struct MeasurementArgs {
     /// Channel of files with several that are neither ears nor AmbiX, counted from 1
     #[arg(long, value_name = "N")]
     pub(crate) channel: Option<usize>,
-    /// Where the source is, if the set does not say so, metres
-    #[arg(long, value_name = "X,Y,Z", value_parser = parse_point)]
+    /// Where the sound of the measurements came from, if the set does not say so, metres
+    #[arg(long = "measured-emitter", alias = "source", value_name = "X,Y,Z", value_parser = parse_point)]
     pub(crate) source: Option<Vec3>,
-    /// Which of several sources, counted from 0
-    #[arg(long, value_name = "N")]
+    /// Which of several emitters that were measured, counted from 0
+    #[arg(long = "emitter-number", alias = "source-number", value_name = "N")]
     pub(crate) source_number: Option<usize>,
     /// Standard deviation of places where the set says none, metres
     #[arg(long, value_name = "M", default_value_t = 0.01, value_parser = within(0.0, 10.0))]

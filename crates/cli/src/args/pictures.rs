@@ -16,14 +16,14 @@ pub(crate) struct PictureArgs {
     /// Photographs of the COLMAP model, under their names there
     #[arg(long, value_name = "FOLDER", requires = "pictures")]
     pub(crate) photos: Option<PathBuf>,
-    /// Where a place of the reconstruction is in the room, metres, three times or more, instead of --up, --metres-per-unit and
-    /// --origin: an image's name, which stands for its camera's place, or X,Y,Z in the reconstruction's world, = and X,Y,Z
+    /// Where a place of the reconstruction is in the room, metres, three times or more, instead of --pictures-up,
+    /// --metres-per-unit and --origin: an image's name, which stands for its camera's place, or X,Y,Z in the reconstruction's world, = and X,Y,Z
     #[arg(long, value_name = "PLACE=X,Y,Z", value_parser = parse_known, requires = "pictures", allow_hyphen_values = true)]
-    #[arg(conflicts_with_all = ["up", "metres_per_unit", "origin", "distance"])]
+    #[arg(conflicts_with_all = ["pictures_up", "metres_per_unit", "origin", "distance"])]
     pub(crate) landmark: Vec<(Landmark, Vec3)>,
-    /// Direction of up in the reconstruction's world [default: as its cameras were held]
-    #[arg(long, value_name = "X,Y,Z", value_parser = parse_direction, requires = "pictures", allow_hyphen_values = true)]
-    up: Option<Vec3>,
+    /// Direction of up in the reconstruction's world, an axis such as -y, or X,Y,Z [default: as its cameras were held]
+    #[arg(long, value_name = "AXIS", value_parser = parse_direction, requires = "pictures", allow_hyphen_values = true)]
+    pictures_up: Option<Vec3>,
     /// Metres of one unit of the reconstruction [default: 1]
     #[arg(long, value_name = "M", value_parser = parse_metres_per_unit, requires = "pictures")]
     metres_per_unit: Option<f64>,
@@ -40,7 +40,7 @@ pub(crate) struct PictureArgs {
 
 impl PictureArgs {
     pub(crate) fn options(&self) -> PlacementOptions {
-        PlacementOptions { up: self.up, metres_per_unit: self.metres_per_unit, origin: self.origin }
+        PlacementOptions { up: self.pictures_up, metres_per_unit: self.metres_per_unit, origin: self.origin }
     }
 
     /// The places and metres of the option distance.

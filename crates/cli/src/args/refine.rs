@@ -55,17 +55,17 @@ pub(crate) struct RefineArgs {
     /// Seed of weights, order and noise
     #[arg(long, default_value_t = 1)]
     pub(crate) seed: u64,
-    /// Compare all methods on sources that are held out of the training, and print a table
+    /// Compare all methods on emitters that are held out of the training, and print a table
     #[arg(long)]
     pub(crate) evaluate: bool,
     /// Seeds of the comparison, whose mean and standard deviation are printed
     #[arg(long, default_value_t = 3, value_parser = clap::value_parser!(u64).range(1..=100), requires = "evaluate")]
     pub(crate) seeds: u64,
-    /// Sources that are held out: those farther than this from where it is measured, metres
+    /// Emitters that are held out: those farther than this from where it is measured, metres
     #[arg(long, value_name = "M", value_parser = within(0.0_f32, 1000.0), conflicts_with = "test_source")]
     pub(crate) test_beyond: Option<f32>,
-    /// A source that is held out, counted from 1 in the order of the set; may be given more than once
-    #[arg(long, value_name = "N")]
+    /// An emitter that is held out, counted from 1 in the order of the set; may be given more than once
+    #[arg(long = "test-emitter", alias = "test-source", value_name = "N")]
     pub(crate) test_source: Vec<usize>,
     /// Setting of a set of microphones with several, part of its files' names
     #[arg(long, value_name = "NAME")]

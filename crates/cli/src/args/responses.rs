@@ -44,8 +44,8 @@ pub(crate) struct AmbisonicArgs {
     #[command(flatten)]
     pub(crate) set: ResponsesArgs,
     /// Head: free-field responses all around it, a SOFA file or a set of responses
-    #[arg(long, value_name = "FILE.sofa")]
-    pub(crate) hrtf: PathBuf,
+    #[arg(long, alias = "hrtf", value_name = "FILE.sofa")]
+    pub(crate) head: PathBuf,
     /// Folder to write: WAV files and a responses.json
     #[arg(short, long, value_name = "FOLDER")]
     pub(crate) output: PathBuf,

@@ -2,7 +2,8 @@
 
 use super::air::AirArgs;
 use super::capture::ClipArgs;
-use super::values::{parse_absorption, parse_facing, parse_part, parse_point, within};
+use super::mesh::{SCALE, UP};
+use super::values::{parse_absorption, parse_direction, parse_facing, parse_part, parse_point, within};
 use clap::{Args, Subcommand, ValueEnum};
 use promenade_acoustics::{Material, Materials};
 use promenade_baker::simulation::{Absorption, MAX_LENGTH_S, Part};
@@ -46,11 +47,11 @@ pub(crate) enum SizeScattering {
 /// A mesh, its materials and its source.
 #[derive(Debug, Args)]
 pub(crate) struct RoomArgs {
-    /// Mesh of the room, metres, z up: .obj, .stl, .ply, .glb, .gltf or .ac
+    /// Mesh of the room: .obj, .stl, .ply, .glb, .gltf or .ac
     #[arg(value_name = "ROOM")]
     pub(crate) mesh: PathBuf,
     /// Where the sound comes from, metres
-    #[arg(long, value_name = "X,Y,Z", value_parser = parse_point, allow_hyphen_values = true)]
+    #[arg(long = "emitter", alias = "source", value_name = "X,Y,Z", value_parser = parse_point, allow_hyphen_values = true)]
     pub(crate) source: Vec3,
     /// Materials of the mesh's groups, the first that fits: PATTERN=ABSORPTION[:SCATTERING], each a name of the table, 1 number
     /// or more with slashes between: 7 octaves from 125 Hz to 8 kHz, 8 from 63 Hz, 21, 24 or 31 thirds from 100, 50 or 20 Hz,
@@ -65,9 +66,11 @@ pub(crate) struct RoomArgs {
     /// How surfaces that are small beside the wave scatter more than their material does
     #[arg(long, value_enum, default_value_t = SizeScattering::None, value_name = "SOURCE")]
     pub(crate) scattering_by_size: SizeScattering,
-    /// Metres of the mesh's unit [default: 1; a mesh that is no room in metres is refused unless this is given]
-    #[arg(long, value_name = "M", value_parser = within(1e-6, 1e6))]
+    // Those of `MeshArgs`: what is optional as a whole cannot hold what is flattened.
+    #[arg(long, help = SCALE, value_name = "M", value_parser = within(1e-6, 1e6))]
     pub(crate) scale: Option<f64>,
+    #[arg(long, help = UP, value_name = "AXIS", value_parser = parse_direction, allow_hyphen_values = true)]
+    pub(crate) up: Option<Vec3>,
     /// Facets whose corners lie within so many metres of a common plane are put onto it, 0 for none [default: four times the
     /// noise of a mesh of more than 500 planes, if it has any]
     #[arg(long, value_name = "M", value_parser = within(0.0, 1.0))]

@@ -1,6 +1,7 @@
 //! Arguments of what corrects a simulated room.
 
 use super::air::AirArgs;
+use super::mesh::MeshArgs;
 use super::simulate::parse_rule;
 use clap::Args;
 use std::path::PathBuf;
@@ -12,6 +13,8 @@ pub(crate) struct SimulationArgs {
     /// a file that a fit has left beside it, or of the groups' names
     #[arg(long, value_name = "ROOM")]
     pub(crate) simulate: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) world: MeshArgs,
     /// Materials of the room's groups, as in `simulate`
     #[arg(long, value_name = "RULES", value_delimiter = ',', value_parser = parse_rule, requires = "simulate")]
     pub(crate) materials: Vec<(String, String)>,

@@ -48,8 +48,14 @@ pub(super) fn parse_part(text: &str) -> Result<Part, String> {
     }
 }
 
+/// Parses an axis such as `-y`, or `X,Y,Z`.
 pub(super) fn parse_direction(text: &str) -> Result<Vec3, String> {
-    let direction = parse_point(text)?;
+    let (sign, axis) = text.strip_prefix('-').map_or((1.0, text), |axis| (-1.0, axis));
+    let axis = ["x", "y", "z"].iter().position(|name| axis.eq_ignore_ascii_case(name));
+    let direction = match axis {
+        Some(axis) => sign * Vec3::AXES[axis],
+        None => parse_point(text).map_err(|why| format!("expected an axis such as y, or a direction: {why}"))?,
+    };
     direction.try_normalize().ok_or_else(|| "expected a direction, found no length".to_owned())
 }
 

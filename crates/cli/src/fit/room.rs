@@ -7,7 +7,7 @@ use promenade_fit::{FlatRoom, Measurements, Searched, WALLS, Walls, search_box};
 use std::path::Path;
 
 /// Endings of meshes.
-const MESHES: [&str; 5] = ["obj", "stl", "ply", "glb", "gltf"];
+const MESHES: [&str; 7] = ["obj", "stl", "ply", "glb", "gltf", "ac", "dxf"];
 
 /// What is stated of a room.
 pub(super) enum Stated {
@@ -60,7 +60,7 @@ pub(crate) fn walls(room: &Path) -> Result<Walls> {
 }
 
 fn mesh(path: &Path, args: &FitArgs) -> Result<FlatRoom> {
-    let (mesh, _) = simulate::mesh(path, [args.scale, None], |_| false)?;
+    let (mesh, _) = simulate::mesh(path, &args.world, None, |_| false)?;
     let room = FlatRoom::of_mesh(mesh).with_context(|| format!("{}: cannot be fitted", path.display()))?;
     Ok(match args.per {
         Per::Material | Per::Voxels => room,

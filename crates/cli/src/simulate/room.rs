@@ -1,6 +1,6 @@
 //! A mesh with its materials and its source, as the command line states them.
 
-use crate::args::{RoomArgs, SizeScattering};
+use crate::args::{MeshArgs, RoomArgs, SizeScattering};
 use crate::report;
 use anyhow::{Context, Result, bail};
 use promenade_acoustics::{Directivity, Materials, Mesh, MeshReport, Room, SPEED_OF_SOUND_M_S, Source};
@@ -20,16 +20,22 @@ const PROPOSED_M: f64 = 0.1;
 /// not named, surfaces are sorted by where they look.
 pub(crate) fn mesh(
     path: &Path,
-    [scale, flatten]: [Option<f64>; 2],
+    MeshArgs { scale, up }: &MeshArgs,
+    flatten: Option<f64>,
     is_named: impl Fn(&str) -> bool,
 ) -> Result<(Mesh, MeshReport)> {
     let mut mesh = Mesh::load(path)?;
     mesh.scale(scale.unwrap_or(1.0));
+    let mut notes = Vec::new();
+    if mesh.stand_up(path, up.map(|up| up.as_dvec3().to_array())) {
+        notes.push("the mesh seems to lie on its side: y is taken for up; --up y confirms it, and --up z keeps it".to_owned());
+    }
     let size = mesh.report();
     if let (None, Some(odd)) = (scale, size.odd_size()) {
+        report::notes(&notes);
         bail!("{}: {odd}; --scale says what a unit is, and --scale 1 that it is the metre", path.display());
     }
-    let mut notes = size.warnings();
+    notes.extend(size.warnings());
     if let [only] = &mesh.groups[..]
         && !is_named(only)
     {
@@ -48,7 +54,7 @@ pub(crate) fn mesh(
 /// The mesh with its materials, and what it is like; what is odd about it is said.
 pub(crate) fn room(args: &RoomArgs) -> Result<(Mesh, Room, MeshReport)> {
     let is_named = |group: &str| args.materials.iter().any(|(pattern, _)| pattern == group || pattern == "*");
-    let (mut mesh, size) = mesh(&args.mesh, [args.scale, args.flatten], is_named)?;
+    let (mut mesh, size) = mesh(&args.mesh, &MeshArgs { scale: args.scale, up: args.up }, args.flatten, is_named)?;
     let mut rules = args.materials.clone();
     if let Some(fitted) = fitted(&args.mesh)? {
         report::note(format_args!("fitted materials of {} where no rule says otherwise", report::file_name(&args.mesh)));
@@ -67,7 +73,7 @@ pub(crate) fn room(args: &RoomArgs) -> Result<(Mesh, Room, MeshReport)> {
     }
     let room = Room::new(&mesh, &materials).with_context(|| format!("{}: makes no room", args.mesh.display()))?;
     if size.volume_m3.is_some() {
-        within("--source", &room, &mesh, args.source)?;
+        within("--emitter", &room, &mesh, args.source)?;
     }
     Ok((mesh, room, size))
 }

@@ -118,10 +118,11 @@ fn of_run(run: &RunArgs, air: AirArgs) -> String {
 
 /// The command that makes the scene, without its folders. Every field of its arguments is named, so that none is forgotten.
 fn recipe(of: &RoomArgs, args: &SimulateMeshArgs, spacing_m: f32, (run, air): (&RunArgs, AirArgs)) -> String {
-    let RoomArgs { mesh, source, materials, material_table, scattering_by_size, scale, flatten, directivity, facing } = of;
+    let RoomArgs { mesh, source, materials, material_table, scattering_by_size, scale, up, flatten, directivity, facing } = of;
     let SimulateMeshArgs { height, margin, images, head_turns, order, beams, rays, rate, .. } = args;
     let SimulateMeshArgs { at: _, grid: _, turns: _, title: _, credit: _, licence: _, output: _, .. } = args;
     let [x, y, z] = source.to_array();
+    let up = up.map_or(String::new(), |up| format!(" --up {},{},{}", up.x, up.y, up.z));
     let given = |name: &str, value: Option<f64>| value.map_or(String::new(), |value| format!(" --{name} {value}"));
     let materials: Vec<String> = materials.iter().map(|(pattern, material)| format!("{pattern}={material}")).collect();
     let materials = if materials.is_empty() { String::new() } else { format!(" --materials '{}'", materials.join(",")) };
@@ -133,7 +134,7 @@ fn recipe(of: &RoomArgs, args: &SimulateMeshArgs, spacing_m: f32, (run, air): (&
     let directivity = directivity.as_ref().map_or(String::new(), |d| format!(" --directivity {}", report::file_name(d)));
     let facing = facing.map_or(String::new(), |[yaw, pitch]| format!(" --facing {yaw},{pitch}"));
     format!(
-        "simulate {} --source {x},{y},{z}{directivity}{facing}{materials}{tables}{scattering}{}{} --grid {spacing_m} \
+        "simulate {} --emitter {x},{y},{z}{directivity}{facing}{materials}{tables}{scattering}{}{up}{} --grid {spacing_m} \
          --height {height} --margin {margin} --order {order} --beams {beams} --images {images} \
          --head-turns {head_turns} --rays {rays} --rate {rate}{}",
         report::file_name(mesh),

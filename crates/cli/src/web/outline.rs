@@ -1,6 +1,7 @@
 //! Edges of a room's mesh, to be drawn.
 
 use anyhow::{Context, Result};
+use promenade_acoustics::Mesh;
 use promenade_baker::file;
 use std::collections::BTreeSet;
 use std::path::Path;
@@ -12,7 +13,10 @@ const MOST_EDGES: usize = 20_000;
 /// Edges of an OBJ file's faces, each once, as x, y, z of both ends; `None` for a mesh too fine to draw.
 pub(crate) fn of(path: &Path) -> Result<Option<Vec<[f32; 6]>>> {
     let bytes = file::read(path, MOST_BYTES).with_context(|| format!("{}: cannot be read", path.display()))?;
-    Ok(edges(&String::from_utf8_lossy(&bytes)))
+    // As `simulate` takes it.
+    let lies = Mesh::load(path).is_ok_and(|mut mesh| mesh.stand_up(path, None));
+    let stand = |[x, y, z, u, v, w]: [f32; 6]| if lies { [x, -z, y, u, -w, v] } else { [x, y, z, u, v, w] };
+    Ok(edges(&String::from_utf8_lossy(&bytes)).map(|edges| edges.into_iter().map(stand).collect()))
 }
 
 fn edges(text: &str) -> Option<Vec<[f32; 6]>> {

@@ -48,6 +48,7 @@ pub(super) struct Options {
     pub(super) stereo_spread: f32,
     /// The room alone.
     pub(super) wet_solo: bool,
+    output: Option<PathBuf>,
     play: bool,
 }
 
@@ -67,12 +68,14 @@ impl Options {
                     let name = name.to_owned();
                     options.take(&mut Given { name: &name, parser: &mut parser })?;
                 }
+                Arg::Short('o') => options.output = Some(parser.value().map_err(|e| e.to_string())?.into()),
                 Arg::Short(letter) => return Err(format!("-{letter}: expected an option that there is")),
             }
         }
         if options.wet_solo {
             options.trim.direct = 0.0;
         }
+        options.files.extend(options.output.take());
         options.check().map(|()| Some(options))
     }
 
@@ -86,7 +89,8 @@ impl Options {
             "head" => self.head = Some(given.file()?),
             "headphones" => self.headphones = Some(given.file()?),
             "emitter" => self.emitter = Some(given.value(point)?),
-            "source" => self.sources.push(given.value(source)?),
+            // The second is an older name.
+            "further" | "source" => self.sources.push(given.value(source)?),
             "tier" => self.tier = Some(given.value(tier)?),
             "decode-rate" => self.decode_rate_hz = Some(given.within(1.0, 1000.0)?),
             "latency" => self.latency = given.value(latency)?,
@@ -105,6 +109,7 @@ impl Options {
             "low-cut" => self.trim.low_cut_hz = given.within(10.0, 1000.0)?,
             "stereo-spread" => self.stereo_spread = given.within(0.0, 180.0)?,
             "wet-solo" => self.wet_solo = true,
+            "output" => self.output = Some(given.file()?),
             "play" => self.play = true,
             name => return Err(format!("--{name}: expected an option that there is")),
         }

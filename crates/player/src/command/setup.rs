@@ -76,7 +76,7 @@ pub(super) fn player(options: &Options, scene: &Arc<Scene>, source: &Source) -> 
 /// A further sound at a sample rate, Hz.
 fn voice(place: &Place, sound: &Path, scene: &Scene, rate_hz: u32) -> Result<Voice, PlayerError> {
     let expected = "a scene that knows where its emitter is";
-    let emitter = scene.emitter().ok_or_else(|| PlayerError::argument("--source", expected, "one that does not"))?;
+    let emitter = scene.emitter().ok_or_else(|| PlayerError::argument("--further", expected, "one that does not"))?;
     let sound = Source::open(sound, Some(rate_hz))?;
     match place {
         Place::Point(point) => {
