@@ -177,6 +177,77 @@ mod tests {
         assert!(followed > 200, "{followed} links");
     }
 
+    /// The repository's texts by their paths, those that are in no archive too.
+    fn texts() -> BTreeMap<PathBuf, String> {
+        let out = std::process::Command::new("git").args(["ls-files", "*.md"]).current_dir(crate::root()).output().unwrap();
+        let names = String::from_utf8(out.stdout).unwrap();
+        let there = names.lines().map(PathBuf::from).filter(|name| crate::root().join(name).exists());
+        there.map(|name| (name.clone(), fs::read_to_string(crate::root().join(name)).unwrap())).collect()
+    }
+
+    /// The anchors of a text's headings.
+    fn anchors(text: &str) -> BTreeSet<String> {
+        let (mut heading, mut used, mut found) = (None::<String>, BTreeMap::new(), BTreeSet::new());
+        for event in Parser::new_ext(text, Options::ENABLE_TABLES) {
+            match (event, &mut heading) {
+                (Event::Start(Tag::Heading { .. }), _) => heading = Some(String::new()),
+                (Event::Text(words) | Event::Code(words), Some(heading)) => heading.push_str(&words),
+                (Event::End(TagEnd::Heading(_)), Some(words)) => {
+                    found.insert(anchor(words, &mut used));
+                    heading = None;
+                }
+                _ => (),
+            }
+        }
+        found
+    }
+
+    #[test]
+    fn links_of_every_text_lead_to_files_and_headings() {
+        let texts = texts();
+        let anchors: BTreeMap<_, _> = texts.iter().map(|(path, text)| (path.clone(), anchors(text))).collect();
+        let (mut wrong, mut followed) = (Vec::new(), 0);
+        for (from, text) in &texts {
+            for event in Parser::new_ext(text, Options::ENABLE_TABLES) {
+                let Event::Start(Tag::Link { dest_url: link, .. } | Tag::Image { dest_url: link, .. }) = event else {
+                    continue;
+                };
+                if link.contains("://") {
+                    continue;
+                }
+                let (file, anchor) = link.split_once('#').unwrap_or((&link, ""));
+                let to = if file.is_empty() { from.clone() } else { place(from, file) };
+                let heading = anchor.is_empty() || anchors.get(&to).is_some_and(|anchors| anchors.contains(anchor));
+                if !crate::root().join(&to).exists() || !heading {
+                    wrong.push(format!("{}: {link}", from.display()));
+                }
+                followed += 1;
+            }
+        }
+        assert!(followed > 200, "{followed} links");
+        assert!(wrong.is_empty(), "these lead nowhere:\n{}", wrong.join("\n"));
+    }
+
+    #[test]
+    fn pictures_have_words_for_who_does_not_see_them() {
+        let mut pictures = 0;
+        for (from, text) in texts() {
+            let mut words = None::<String>;
+            for event in Parser::new_ext(&text, Options::ENABLE_TABLES) {
+                match (event, &mut words) {
+                    (Event::Start(Tag::Image { .. }), _) => words = Some(String::new()),
+                    (Event::Text(text) | Event::Code(text), Some(words)) => words.push_str(&text),
+                    (Event::End(TagEnd::Image), Some(said)) => {
+                        assert!(said.split_whitespace().count() > 3, "{}: a picture says \"{said}\"", from.display());
+                        (pictures, words) = (pictures + 1, None);
+                    }
+                    _ => (),
+                }
+            }
+        }
+        assert!(pictures > 10, "{pictures} pictures");
+    }
+
     #[test]
     fn links_to_what_is_not_in_the_archive_are_words() {
         let pages = BTreeMap::from([(PathBuf::from("docs/b.md"), "b.html".to_owned())]);
