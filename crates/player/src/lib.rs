@@ -22,7 +22,7 @@
 //! let [left, right] = player.render(&dry, &mut |seconds| {
 //!     Pose::from_ypr(Vec3::new(-seconds as f32, 0.0, 0.0), 0.0, 0.0, 0.0)
 //! })?;
-//! assert!(left.len() == right.len() && left.len() > dry.len(), "the room goes on after the click");
+//! assert!(left.len() == dry.len() && left.iter().chain(&right).any(|sample| *sample != 0.0));
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 

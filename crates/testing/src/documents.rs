@@ -4,7 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// The words of each command line that begins with a program, without it, and the document that has it. Lines that leave
-/// something out (`...`) are no command lines; a variable of the shell is 0.
+/// something out (`...`) are no command lines; a variable of the shell is 1.
 ///
 /// # Panics
 /// A document cannot be read.
@@ -48,7 +48,7 @@ fn words(line: &str) -> Vec<String> {
             ' ' if quote.is_none() => words.extend(word.take()),
             '$' if quote != Some('\'') => {
                 while letters.next_if(|next| next.is_alphanumeric() || *next == '_').is_some() {}
-                word.get_or_insert_default().push('0');
+                word.get_or_insert_default().push('1');
             }
             _ => word.get_or_insert_default().push(letter),
         }
@@ -65,6 +65,6 @@ mod tests {
     fn lines_are_words_as_a_shell_has_them() {
         let text = "`promenade a`\n\n```\npromenade b 'c d'  # e\nfor y in 1; do\n  promenade f \\\n    \"g\"$y,h#i && \
                     promenade j\npromenade k ...\npromenade-player l\n```\npromenade m\n";
-        assert_eq!(commands_of(text, "promenade"), [vec!["b", "c d"], vec!["f", "g0,h#i"], vec!["j"]]);
+        assert_eq!(commands_of(text, "promenade"), [vec!["b", "c d"], vec!["f", "g1,h#i"], vec!["j"]]);
     }
 }
