@@ -18,15 +18,15 @@ const STYLE: &str = "body{font:16px/1.5 sans-serif;max-width:60em;margin:2em aut
 /// Files of the manual by their names in its folder, in order of their names.
 pub(crate) fn manual(root: &Path) -> Result<Vec<(String, Vec<u8>)>> {
     let pages = pages(root)?;
-    let mut pictures = BTreeSet::new();
+    let mut media = BTreeSet::new();
     let mut files = Vec::new();
     for (from, page) in &pages {
         let text = fs::read_to_string(root.join(from)).with_context(|| format!("{} cannot be read", from.display()))?;
-        files.push((page.clone(), written(from, &text, &pages, &mut pictures).into_bytes()));
+        files.push((page.clone(), written(from, &text, &pages, &mut media).into_bytes()));
     }
-    for picture in pictures {
-        let bytes = fs::read(root.join(&picture)).with_context(|| format!("{} cannot be read", picture.display()))?;
-        files.push((picture_name(&picture), bytes));
+    for file in media {
+        let bytes = fs::read(root.join(&file)).with_context(|| format!("{} cannot be read", file.display()))?;
+        files.push((media_name(&file), bytes));
     }
     files.sort();
     Ok(files)
@@ -49,8 +49,8 @@ fn pages(root: &Path) -> Result<BTreeMap<PathBuf, String>> {
     Ok(pages)
 }
 
-/// A page of a text; notes the pictures that it shows.
-fn written(from: &Path, text: &str, pages: &BTreeMap<PathBuf, String>, pictures: &mut BTreeSet<PathBuf>) -> String {
+/// A page of a text; notes the pictures and sounds that it has.
+fn written(from: &Path, text: &str, pages: &BTreeMap<PathBuf, String>, media: &mut BTreeSet<PathBuf>) -> String {
     let mut events = Vec::new();
     let (mut heading, mut dropped) = (None::<(usize, String)>, Vec::new());
     let (mut title, mut used) = (String::new(), BTreeMap::new());
@@ -72,7 +72,9 @@ fn written(from: &Path, text: &str, pages: &BTreeMap<PathBuf, String>, pictures:
             }
             Event::Start(Tag::Link { dest_url, title, .. }) => {
                 // A link to what the archive lacks is its words.
-                let to = target(from, &dest_url, pages);
+                let sound = Some(place(from, &dest_url)).filter(|place| is_sound(place));
+                let to = sound.as_deref().map(media_name).or_else(|| target(from, &dest_url, pages));
+                media.extend(sound);
                 dropped.push(to.is_none());
                 if let Some(to) = to {
                     let (link_type, id) = (LinkType::Inline, CowStr::from(""));
@@ -86,8 +88,8 @@ fn written(from: &Path, text: &str, pages: &BTreeMap<PathBuf, String>, pictures:
             }
             Event::Start(Tag::Image { dest_url, title, link_type, id }) => {
                 let picture = place(from, &dest_url);
-                let to = picture_name(&picture);
-                pictures.insert(picture);
+                let to = media_name(&picture);
+                media.insert(picture);
                 events.push(Event::Start(Tag::Image { link_type, dest_url: to.into(), title, id }));
             }
             event => {
@@ -134,8 +136,14 @@ fn place(from: &Path, link: &str) -> PathBuf {
     place
 }
 
-fn picture_name(picture: &Path) -> String {
-    format!("pictures/{}", picture.file_name().unwrap_or_default().to_string_lossy())
+fn is_sound(file: &Path) -> bool {
+    file.extension().is_some_and(|ending| ending == "flac" || ending == "ogg")
+}
+
+/// The name of a picture or a sound in the manual's folder.
+fn media_name(file: &Path) -> String {
+    let folder = if is_sound(file) { "sounds" } else { "pictures" };
+    format!("{folder}/{}", file.file_name().unwrap_or_default().to_string_lossy())
 }
 
 /// The anchor that a heading has where the repository is shown: small letters, digits and hyphens, with a number where there
@@ -156,7 +164,7 @@ mod tests {
     fn every_page_and_anchor_that_is_linked_is_there() {
         let files = manual(&crate::root()).unwrap();
         let names: BTreeSet<&str> = files.iter().map(|(name, _)| name.as_str()).collect();
-        for name in ["index.html", "quick-start.html", "presets.html", "releasing.html", "pictures/top-dark.png"] {
+        for name in ["index.html", "quick-start.html", "presets.html", "pictures/top-dark.png", "sounds/walk.flac"] {
             assert!(names.contains(name), "{name} in {names:?}");
         }
         let text = |name: &str| {
@@ -169,12 +177,87 @@ mod tests {
             let links = page.split("href=\"").skip(1).map(|rest| rest.split('"').next().unwrap());
             for link in links.filter(|link| !link.contains("://") && !link.starts_with("../")) {
                 let (file, anchor) = link.split_once('#').unwrap_or((link, ""));
+                if is_sound(Path::new(file)) {
+                    assert!(names.contains(file), "{name} links {link}");
+                    continue;
+                }
                 let page = text(if file.is_empty() { name } else { file });
                 assert!(anchor.is_empty() || page.contains(&format!("id=\"{anchor}\"")), "{name} links {link}");
                 followed += 1;
             }
         }
         assert!(followed > 200, "{followed} links");
+    }
+
+    /// The repository's texts by their paths, those that are in no archive too.
+    fn texts() -> BTreeMap<PathBuf, String> {
+        let out = std::process::Command::new("git").args(["ls-files", "*.md"]).current_dir(crate::root()).output().unwrap();
+        let names = String::from_utf8(out.stdout).unwrap();
+        let there = names.lines().map(PathBuf::from).filter(|name| crate::root().join(name).exists());
+        there.map(|name| (name.clone(), fs::read_to_string(crate::root().join(name)).unwrap())).collect()
+    }
+
+    /// The anchors of a text's headings.
+    fn anchors(text: &str) -> BTreeSet<String> {
+        let (mut heading, mut used, mut found) = (None::<String>, BTreeMap::new(), BTreeSet::new());
+        for event in Parser::new_ext(text, Options::ENABLE_TABLES) {
+            match (event, &mut heading) {
+                (Event::Start(Tag::Heading { .. }), _) => heading = Some(String::new()),
+                (Event::Text(words) | Event::Code(words), Some(heading)) => heading.push_str(&words),
+                (Event::End(TagEnd::Heading(_)), Some(words)) => {
+                    found.insert(anchor(words, &mut used));
+                    heading = None;
+                }
+                _ => (),
+            }
+        }
+        found
+    }
+
+    #[test]
+    fn links_of_every_text_lead_to_files_and_headings() {
+        let texts = texts();
+        let anchors: BTreeMap<_, _> = texts.iter().map(|(path, text)| (path.clone(), anchors(text))).collect();
+        let (mut wrong, mut followed) = (Vec::new(), 0);
+        for (from, text) in &texts {
+            for event in Parser::new_ext(text, Options::ENABLE_TABLES) {
+                let Event::Start(Tag::Link { dest_url: link, .. } | Tag::Image { dest_url: link, .. }) = event else {
+                    continue;
+                };
+                if link.contains("://") {
+                    continue;
+                }
+                let (file, anchor) = link.split_once('#').unwrap_or((&link, ""));
+                let to = if file.is_empty() { from.clone() } else { place(from, file) };
+                let heading = anchor.is_empty() || anchors.get(&to).is_some_and(|anchors| anchors.contains(anchor));
+                if !crate::root().join(&to).exists() || !heading {
+                    wrong.push(format!("{}: {link}", from.display()));
+                }
+                followed += 1;
+            }
+        }
+        assert!(followed > 200, "{followed} links");
+        assert!(wrong.is_empty(), "these lead nowhere:\n{}", wrong.join("\n"));
+    }
+
+    #[test]
+    fn pictures_have_words_for_who_does_not_see_them() {
+        let mut pictures = 0;
+        for (from, text) in texts() {
+            let mut words = None::<String>;
+            for event in Parser::new_ext(&text, Options::ENABLE_TABLES) {
+                match (event, &mut words) {
+                    (Event::Start(Tag::Image { .. }), _) => words = Some(String::new()),
+                    (Event::Text(text) | Event::Code(text), Some(words)) => words.push_str(&text),
+                    (Event::End(TagEnd::Image), Some(said)) => {
+                        assert!(said.split_whitespace().count() > 3, "{}: a picture says \"{said}\"", from.display());
+                        (pictures, words) = (pictures + 1, None);
+                    }
+                    _ => (),
+                }
+            }
+        }
+        assert!(pictures > 10, "{pictures} pictures");
     }
 
     #[test]

@@ -2,6 +2,29 @@
 //!
 //! A [`Scene`] is read from bytes, a [`Renderer`] plays it at a host's sample rate, a [`Spatializer`] is what the audio thread
 //! owns. Nothing here depends on a host, a thread, a file, a clock or a user interface.
+//!
+//! ```
+//! use promenade_core::glam::Vec3;
+//! use promenade_core::{BlockParams, Pose, Renderer, Scene, Spatializer};
+//! use std::sync::Arc;
+//!
+//! // A worker reads a scene and prepares it for the host's sample rate.
+//! let file = concat!(env!("CARGO_MANIFEST_DIR"), "/../presets/scenes/iosr-room-a.promenade");
+//! let scene = Arc::new(Scene::from_bytes(&std::fs::read(file)?)?);
+//! let mut spatializer = Spatializer::new(48_000.0);
+//! spatializer.install(Box::new(Renderer::new(scene, 48_000.0)?));
+//!
+//! // The audio thread plays blocks of any size. The head turns to the left by 90 degrees a second.
+//! let dry = [0.5; 512];
+//! let (mut left, mut right) = ([0.0; 512], [0.0; 512]);
+//! for block in 0..10 {
+//!     let yaw = |sample: usize| (block * 512 + sample) as f32 / 48_000.0 * 90.0_f32.to_radians();
+//!     let pose_at = |sample| Pose::from_ypr(Vec3::ZERO, yaw(sample), 0.0, 0.0);
+//!     spatializer.process(&[&dry], [&mut left, &mut right], &BlockParams::default(), pose_at);
+//! }
+//! assert!(left.iter().chain(&right).all(|sample| *sample != 0.0));
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 #![forbid(unsafe_code)]
 #![cfg_attr(not(test), deny(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::unreachable))]

@@ -1,5 +1,16 @@
-//! Promenade's bakery: measured responses, files and folders go in, scenes come out. May allocate, thread and fail with
+//! The baker: measured responses, recordings, checkpoints and meshes go in, scenes come out. May allocate, thread and fail with
 //! context.
+//!
+//! ```no_run
+//! use promenade_baker::{BakeOptions, LoadOptions, Responses, bake_responses};
+//! use std::path::Path;
+//!
+//! // A folder with a responses.json, a manifest, or a SOFA file. Every second response is held out, to judge the scene by.
+//! let responses = Responses::load(Path::new("my-room"), &LoadOptions::default())?;
+//! let scene = bake_responses(&responses, |_, index| index % 2 == 1, &BakeOptions::default())?;
+//! std::fs::write("my-room.promenade", scene.to_bytes()?)?;
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 mod bake;
 mod error;

@@ -5,6 +5,26 @@
 //! `promenade-player` and of `promenade render`.
 //!
 //! None of this is for the audio thread: all of it may allocate and take its time.
+//!
+//! ```
+//! use promenade_core::glam::Vec3;
+//! use promenade_core::{Pose, Scene};
+//! use promenade_player::Player;
+//! use std::sync::Arc;
+//!
+//! let file = concat!(env!("CARGO_MANIFEST_DIR"), "/../../presets/scenes/loft.promenade");
+//! let scene = Arc::new(Scene::from_bytes(&std::fs::read(file)?)?);
+//! let mut player = Player::new(&scene, 48_000.0, None)?;
+//!
+//! // A click, heard on a walk away from the source at 1 m/s.
+//! let mut dry = vec![0.0; 4_800];
+//! dry[0] = 1.0;
+//! let [left, right] = player.render(&dry, &mut |seconds| {
+//!     Pose::from_ypr(Vec3::new(-seconds as f32, 0.0, 0.0), 0.0, 0.0, 0.0)
+//! })?;
+//! assert!(left.len() == dry.len() && left.iter().chain(&right).any(|sample| *sample != 0.0));
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 #![forbid(unsafe_code)]
 

@@ -2,6 +2,36 @@
 //! the scene.
 //!
 //! Light enough to run in the plugin while a user draws a room. The baker makes its scenes of meshes with the same maker.
+//!
+//! ```
+//! use promenade_acoustics::{Air, Material, Shoebox};
+//! use promenade_core::Scene;
+//! use promenade_core::glam::Vec3;
+//! use promenade_room::{PLAYED_IMAGES, SceneHead, SceneOptions, ShoeboxRoom};
+//!
+//! // The head of another scene of image sources.
+//! let file = concat!(env!("CARGO_MANIFEST_DIR"), "/../../presets/scenes/loft.promenade");
+//! let head = SceneHead::of_scene(&Scene::from_bytes(&std::fs::read(file)?)?).ok_or("a scene without a head")?;
+//!
+//! let wall = Material::new("brick", [0.1; 7], [0.1; 7]);
+//! let walls = Shoebox { size: [6.0, 4.6, 2.7], materials: std::array::from_fn(|_| wall.clone()) };
+//! let room = ShoeboxRoom { walls, corner: Vec3::ZERO, emitter: Vec3::new(4.2, 2.9, 1.3) };
+//! let scene = room.scene(
+//!     &head,
+//!     &SceneOptions {
+//!         images: PLAYED_IMAGES,
+//!         air: Air::default(),
+//!         waves_hz: None,
+//!         layer_m: None,
+//!         gain_db: 0.0,
+//!         seed: 1,
+//!         title: "A room".to_owned(),
+//!         recipe: String::new(),
+//!     },
+//! )?;
+//! assert_eq!(scene.emitter(), Some(room.emitter));
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 #![forbid(unsafe_code)]
 

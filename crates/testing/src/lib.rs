@@ -1,7 +1,8 @@
 //! What the tests of all crates share: signals and measures, scenes made of numbers, anchor clouds, golden vectors, what no
-//! host should send, and the data beside the checkout.
+//! host should send, command lines of the documents, and the data beside the checkout.
 
 pub mod clouds;
+pub mod documents;
 pub mod fuzz;
 pub mod golden;
 pub mod heads;

@@ -212,6 +212,19 @@ mod tests {
     }
 
     #[test]
+    fn commands_of_the_documents_are_understood() {
+        let mut all = promenade_testing::documents::commands("cargo run --release -p promenade-player --");
+        assert!(!all.is_empty(), "the README has one");
+        let renders = promenade_testing::documents::commands("promenade").into_iter();
+        all.extend(renders.filter(|(_, words)| words[0] == "render").map(|(path, words)| (path, words[1..].to_vec())));
+        assert!(all.len() > 5, "{} commands", all.len());
+        for (path, words) in all {
+            let parsed = Options::parse(words.iter().map(OsString::from));
+            assert!(parsed.is_ok(), "{}: {words:?}: {}", path.display(), parsed.unwrap_err());
+        }
+    }
+
+    #[test]
     fn what_is_not_understood_is_said() {
         for (line, clue) in [
             ("", "expected 3 files SCENE DRY OUT, found 0"),
