@@ -6,6 +6,7 @@ mod automation;
 mod blocks;
 mod complaints;
 mod conventions;
+mod figures;
 mod files;
 mod headphones;
 mod instances;
