@@ -71,6 +71,12 @@ def text(data):
     return "{\n" + ",\n".join([f'  "{key}": {dump(data[key])}' for key in ("machine", "date", "command")] + lists) + "\n}\n"
 
 
+def length(value):
+    """Of a bar; numbers whose digits differ within a column are texts."""
+    value = number(value) if isinstance(value, str) else value
+    return value if isinstance(value, (int, float)) else 0
+
+
 def plot(name, file):
     from matplotlib import pyplot
 
@@ -82,7 +88,7 @@ def plot(name, file):
         cells = [row[i] if isinstance(row[i], list) else [row[i]] for row in data["rows"]]
         count = max(map(len, cells))
         for part in range(count):
-            values = [c[part] if part < len(c) and not isinstance(c[part], (str, type(None))) else 0 for c in cells]
+            values = [length(c[part]) if part < len(c) else 0 for c in cells]
             axis.barh([y + 0.8 * part / count for y in range(len(cells))], values, 0.8 / count)
         axis.set_yticks(range(len(labels)), labels)
         axis.invert_yaxis()
