@@ -36,10 +36,11 @@ def heading(column):
 
 def table(data):
     columns = data["columns"]
-    lines = [[heading(c) for c in columns], ["---:" if "digits" in c else "---" for c in columns]]
-    lines += [[cell(value, column) for value, column in zip(row, columns, strict=True)] for row in data["rows"]]
+    line = lambda cells: "| " + " | ".join(cells) + " |\n"
+    rule = "".join("|---:" if "digits" in column else "|---" for column in columns) + "|\n"
+    rows = [line(cell(value, column) for value, column in zip(row, columns, strict=True)) for row in data["rows"]]
     source = f"*{data['machine']}, {data['date']}:* `{data['command']}`"
-    return "\n" + "".join("| " + " | ".join(line) + " |\n" for line in lines) + "\n" + source + "\n\n"
+    return "\n" + line(map(heading, columns)) + rule + "".join(rows) + "\n" + source + "\n\n"
 
 
 def number(text):

@@ -41,15 +41,15 @@ fn table(file: &Path) -> String {
         let unit = column["unit"].as_str().map_or_else(String::new, |unit| format!(", {unit}"));
         text(column, "name", file).to_owned() + &unit
     });
-    let rules = columns.iter().map(|column| if column["digits"].is_u64() { "---:" } else { "---" }.to_owned());
+    let line = |cells: Vec<String>| format!("| {} |\n", cells.join(" | "));
+    let rule: String = columns.iter().map(|column| if column["digits"].is_u64() { "|---:" } else { "|---" }).collect();
     let rows = data["rows"].as_array().unwrap().iter().map(|row| {
         let row = row.as_array().unwrap();
         assert_eq!(row.len(), columns.len(), "{}: cells of {row:?}", file.display());
-        row.iter().zip(columns).map(|(value, column)| cell(value, column["digits"].as_u64())).collect::<Vec<_>>()
+        line(row.iter().zip(columns).map(|(value, column)| cell(value, column["digits"].as_u64())).collect())
     });
-    let lines = [headings.collect(), rules.collect()].into_iter().chain(rows);
-    let lines: String = lines.map(|line: Vec<String>| format!("| {} |\n", line.join(" | "))).collect();
-    format!("\n{lines}\n*{machine}, {date}:* `{command}`\n\n")
+    let (head, rows) = (line(headings.collect()), rows.collect::<String>());
+    format!("\n{head}{rule}|\n{rows}\n*{machine}, {date}:* `{command}`\n\n")
 }
 
 #[test]
