@@ -33,8 +33,8 @@ fn cell(value: &Value, digits: Option<u64>) -> String {
 }
 
 fn table(file: &Path) -> String {
-    let data: Value = serde_json::from_str(&fs::read_to_string(file).unwrap())
-        .unwrap_or_else(|error| panic!("{}: {error}", file.display()));
+    let data: Value =
+        serde_json::from_str(&fs::read_to_string(file).unwrap()).unwrap_or_else(|error| panic!("{}: {error}", file.display()));
     let [machine, date, command] = ["machine", "date", "command"].map(|field| text(&data, field, file));
     let columns = data["columns"].as_array().unwrap();
     let headings = columns.iter().map(|column| {
