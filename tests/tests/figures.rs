@@ -67,5 +67,7 @@ fn tables_of_figures_are_those_of_their_data() {
     }
     let names = with_ending(&docs().join("figures"), "json").into_iter();
     let kept: BTreeSet<String> = names.map(|path| path.file_name().unwrap().to_str().unwrap().to_owned()).collect();
-    assert!(kept.len() > 20 && kept == shown, "kept and not shown: {:?}", kept.difference(&shown));
+    assert!(kept.len() > 15, "only {} files are found", kept.len());
+    let unused: Vec<&String> = kept.difference(&shown).collect();
+    assert_eq!(unused, [] as [&String; 0], "these are in docs/figures and on no page");
 }
