@@ -26,4 +26,5 @@ mod scenes;
 mod sleep;
 mod source_paths;
 mod state;
+mod tables;
 mod validator;
