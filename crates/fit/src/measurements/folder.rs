@@ -1,6 +1,6 @@
 //! Folders of sound files with a `measurements.json`.
 
-use super::heads::{Kind, Recorded, measurements, unit};
+use super::recorded::{NO_HEAD, Recorded, unit};
 use super::set::{Clock, LoadOptions, MOST_SAMPLES, Measurements, Place};
 use crate::error::FitError;
 use promenade_acoustics::Air;
@@ -87,11 +87,11 @@ pub(super) fn load(folder: &Path, options: &LoadOptions) -> Result<Measurements,
             return Err(FitError::content(&file, format!("{first} Hz, as other files have"), wav.sample_rate_hz));
         }
         let count = wav.channels.len();
-        let kind = match (entry.kind, entry.channel) {
-            (KindEntry::Binaural, None) => Kind::Ears,
-            (KindEntry::Ambix, None) => Kind::Ambix,
-            (KindEntry::Mono, Some(n)) if (1..=count).contains(&n) => Kind::One(n - 1),
-            (KindEntry::Mono, None) if count == 1 => Kind::One(0),
+        let channel = match (entry.kind, entry.channel) {
+            (KindEntry::Binaural, None) => return Err(FitError::entry(&path, entry.file.clone(), NO_HEAD, "two ears")),
+            (KindEntry::Ambix, None) => 0,
+            (KindEntry::Mono, Some(n)) if (1..=count).contains(&n) => n - 1,
+            (KindEntry::Mono, None) if count == 1 => 0,
             (_, channel) => {
                 let found = channel.map_or(format!("{count} and none chosen"), |n| format!("channel {n} of {count}"));
                 return Err(FitError::entry(
@@ -103,20 +103,18 @@ pub(super) fn load(folder: &Path, options: &LoadOptions) -> Result<Measurements,
             }
         };
         let microphone = place(&entry.microphone);
-        let ahead = microphone.facing.unwrap_or([1.0, 0.0, 0.0]);
         let recorded = Recorded {
             // In the order of the file, which the order of names then is.
             name: format!("{number:05} {}", entry.file),
             source: place(&entry.source),
             microphone,
-            left: unit([-ahead[1], ahead[0], 0.0]).unwrap_or([0.0, 1.0, 0.0]),
             clock: match entry.clock.or(manifest.clock).unwrap_or(ClockEntry::Known) {
                 ClockEntry::Known => Clock::Known,
                 ClockEntry::Free => Clock::Free,
             },
             channels: wav.channels,
         };
-        all.extend(measurements(recorded, kind)?);
+        all.push(recorded.channel(channel)?);
     }
     let title =
         manifest.title.unwrap_or_else(|| folder.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default());

@@ -2,7 +2,7 @@
 //!
 //! [`Measurements::load`] reads a SOFA file, a folder with a `measurements.json`, or the layout of R3VIVAL, which it
 //! recognises by the names of its files. Places are in metres, z up. Whatever a microphone is, a fit sees one channel of
-//! sound pressure: of AmbiX the first, of a pair of ears each as a microphone of its own beside the head's middle.
+//! sound pressure, of AmbiX the first; two ears are refused.
 //!
 //! [`Figures`] are what is measured of one response.
 
@@ -10,9 +10,9 @@ mod check;
 mod convention;
 mod figures;
 mod folder;
-mod heads;
 mod load;
 mod r3vival;
+mod recorded;
 mod set;
 mod sofa;
 

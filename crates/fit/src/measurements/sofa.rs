@@ -1,6 +1,6 @@
 //! Sets of responses as SOFA.
 
-use super::heads::{Kind, Recorded, measurements, unit};
+use super::recorded::{NO_HEAD, Recorded, unit};
 use super::set::{Clock, LoadOptions, Measurements, Place};
 use crate::error::FitError;
 use promenade_acoustics::Air;
@@ -23,11 +23,11 @@ pub(super) fn load(path: &Path, options: &LoadOptions) -> Result<Measurements, F
         }
     };
     let channels = recorded.first().map_or(0, |one| one.channels.len());
-    let kind = match (ears, options.channel, channels) {
-        (true, None, _) => Kind::Ears,
-        (false, None, 4 | 9 | 16 | 25 | 36 | 49) => Kind::Ambix,
-        (false, None, 1) => Kind::One(0),
-        (_, Some(n), count) if (1..=count).contains(&n) => Kind::One(n - 1),
+    let number = match (ears, options.channel, channels) {
+        (true, None, _) => return Err(FitError::content(path, NO_HEAD, "two ears")),
+        (false, None, 4 | 9 | 16 | 25 | 36 | 49) => 0,
+        (false, None, 1) => 0,
+        (_, Some(n), count) if (1..=count).contains(&n) => n - 1,
         (_, channel, count) => {
             let found = channel.map_or("none chosen".to_owned(), |n| n.to_string());
             return Err(FitError::content(path, format!("the number of one of {count} receivers"), found));
@@ -45,17 +45,14 @@ pub(super) fn load(path: &Path, options: &LoadOptions) -> Result<Measurements, F
             sd_m: options.sd_m,
             facing: unit(turned([1.0, 0.0, 0.0])),
         };
-        all.extend(measurements(
-            Recorded {
-                name: format!("{:05} {}", all.len(), one.name),
-                source: Place { at_m, sd_m: options.sd_m, facing: None },
-                microphone,
-                left: turned([0.0, 1.0, 0.0]),
-                clock: Clock::Known,
-                channels: one.channels,
-            },
-            kind,
-        )?);
+        let recorded = Recorded {
+            name: format!("{:05} {}", all.len(), one.name),
+            source: Place { at_m, sd_m: options.sd_m, facing: None },
+            microphone,
+            clock: Clock::Known,
+            channels: one.channels,
+        };
+        all.push(recorded.channel(number)?);
     }
     let rate = about.sample_rate_hz.round();
     if (rate - about.sample_rate_hz).abs() > 1e-3 {

@@ -1,6 +1,7 @@
 //! What a full fit says of itself.
 
 use super::absorption::Curve;
+use super::beside::beside_a_regression;
 use super::markdown::{NO_FACING, begin, cell, markdown_table, row};
 use super::mesh::{full_mesh, patch_group, room_obj};
 use crate::bands::{BANDS, Estimate, FITTED_HZ, PerBand, db, octaves_at};
@@ -115,7 +116,7 @@ impl FullFit {
         if !self.facing && self.node_levels.is_empty() {
             text += NO_FACING;
         }
-        text + &surfaces(self) + &residual(self, set) + &walls(self) + &places(self, set)
+        text + &surfaces(self) + &residual(self, set) + &walls(self) + &places(self, set) + &beside_a_regression(self, set)
     }
 
     /// The numbers of [`Self::markdown`], and all others, as JSON.

@@ -1,6 +1,7 @@
 //! What a fit says of itself: text, tables, pictures, and files that other commands read.
 
 mod absorption;
+mod beside;
 mod decays;
 mod full;
 mod markdown;

@@ -6,6 +6,10 @@ use crate::early::{Compared, Iterate};
 use crate::late::{LateTie, Slopes};
 use nalgebra::DMatrix;
 
+/// By how much errors are larger than noise makes them, since rooms are no models of rooms: 12 to 19 % of the absorptions of
+/// made rooms were more than two of noise's errors off, where a normal distribution of this width has 5 %.
+pub(super) const MODEL_ERROR: f64 = 1.4;
+
 impl Descent<'_> {
     /// Standard errors of all numbers: of surfaces, scattering, level, walls, places and clocks; 0 of those that do not move,
     /// and of the directivity, which is left out.
@@ -32,7 +36,7 @@ impl Descent<'_> {
             let weight = match at.stage.what {
                 Compared::Magnitudes => 0.5 * share / left.max(0.02).powi(2),
                 Compared::Waves => share,
-            };
+            } / MODEL_ERROR.powi(2);
             let own = matrix.tr_mul(&matrix) * weight;
             for (a, pa) in places.iter().enumerate() {
                 places.iter().enumerate().for_each(|(b, pb)| precision[(*pa, *pb)] += own[(a, b)]);
@@ -41,7 +45,9 @@ impl Descent<'_> {
         self.prior.add_precision(&numbers, &mut precision);
         // A clock has no prior of its own: a little holds one that says nothing.
         numbers.iter().enumerate().for_each(|(k, _)| precision[(k, k)] += 1e-9);
-        tie.add_precision(slopes, at.x, &mut precision);
+        let mut late = DMatrix::<f64>::zeros(numbers.len(), numbers.len());
+        tie.add_precision(slopes, at.x, &mut late);
+        precision += late / MODEL_ERROR.powi(2);
         let variances = precision.cholesky().map(|c| c.inverse().diagonal());
         let mut errors = vec![0.0; u.count()];
         for (k, n) in numbers.iter().enumerate() {
