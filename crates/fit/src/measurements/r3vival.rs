@@ -1,6 +1,6 @@
 //! R3VIVAL (Amengual Gari et al. 2023): a room whose walls are changed, loudspeakers about an array.
 
-use super::heads::unit;
+use super::recorded::unit;
 use super::set::{Clock, LoadOptions, MOST_SAMPLES, Measurement, Measurements, Place};
 use crate::error::FitError;
 use promenade_acoustics::Air;
