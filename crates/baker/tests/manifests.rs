@@ -5,7 +5,6 @@ use promenade_baker::responses::{Describe, describe};
 use promenade_baker::wav::{self, Format};
 use promenade_baker::{LoadOptions, Responses, Split};
 use promenade_core::glam::Vec3;
-use promenade_paths::PlacementOptions;
 use promenade_testing::Noise;
 use std::collections::BTreeMap;
 use std::path::Path;

@@ -40,7 +40,9 @@ pub fn import(checkpoint: &Path, anchors: Option<&Path>, placement: Option<Place
     let Settings { kind, max_norm, grid, heads, convention } = Settings::of(checkpoint, &metadata)?;
     let mut notes = Vec::new();
     if placement.is_none() {
-        notes.push("no placement is given: one unit of the cloud is taken as a metre, its axes as the scene's (z up)".to_owned());
+        notes.push(
+            "no placement is given: one unit of the cloud is taken as a metre, its axes as the scene's (z up)".to_owned(),
+        );
     }
     let inside = Anchors::take(checkpoint, &mut weights)?;
     let anchors_at = anchors.unwrap_or(checkpoint);
