@@ -248,7 +248,7 @@ mod tests {
             assert!((1..=full).contains(&dependency.chosen.len()), "{dependency:?}");
         }
         let names = all.iter().map(|d| d.name.as_str()).collect::<Vec<_>>();
-        for linked in ["nice-plug", "egui", "blake3", "cpal", "zip", "clap", "burn"] {
+        for linked in ["nice-plug", "egui", "blake3", "cpal", "safetensors", "clap", "burn"] {
             assert!(names.contains(&linked), "{linked}");
         }
         for other in ["tempfile", "serde_derive", "cc", "promenade-core"] {
