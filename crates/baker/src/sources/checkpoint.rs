@@ -1,7 +1,7 @@
 //! Published AV-Cloud checkpoints: what training left behind becomes a model that can be rendered.
 //!
-//! [`import`] reads the `.safetensors` with weights and anchors that `presets/recipes/export_avcloud.py` writes of a `.pth` of the
-//! published trainer and its point file, where the training code runs: both are programs to whoever opens them.
+//! [`import`] reads the `.safetensors` with weights, settings and anchors that `presets/recipes/export_avcloud.py` writes. The
+//! exporter runs beside the training code: a `.pth` and the pickle of its points are programs to whoever opens them.
 
 mod anchors;
 mod float;
