@@ -2,7 +2,6 @@
 
 use crate::PathFileError;
 use crate::sound_file::is_wave;
-use crate::trajectory::NUMBERS;
 
 /// What a path was read from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -122,7 +121,7 @@ fn by_content(bytes: &[u8]) -> Option<Format> {
     } else if first.starts_with('{') {
         let of_cameras = ["\"transform_matrix\"", "\"camera_to_world\""].iter().any(|key| text.contains(key));
         Some(if of_cameras { Format::Transforms } else { Format::Gltf })
-    } else if NUMBERS.contains(&words.len()) && words.iter().all(|word| word.parse::<f64>().is_ok()) {
+    } else if matches!(words.len(), 8 | 12) && words.iter().all(|word| word.parse::<f64>().is_ok()) {
         Some(Format::Trajectory)
     } else if words.len() >= 10 && words[..9].iter().all(|w| w.parse::<f64>().is_ok()) {
         Some(Format::ColmapText)

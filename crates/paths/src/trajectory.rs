@@ -5,7 +5,7 @@
 
 use crate::colmap::{self, Image};
 use crate::text::{self, number, quoted};
-use crate::waypoint::{Track, is_rotation, unit};
+use crate::waypoint::{Track, unit};
 use crate::{ImportOptions, PathFileError};
 use glam::{DMat3, DQuat, DVec3};
 use promenade_core::MAX_KEYFRAMES;
@@ -13,8 +13,6 @@ use promenade_core::MAX_KEYFRAMES;
 /// Numbers in a row.
 const TUM: usize = 8;
 const KITTI: usize = 12;
-/// Numbers that a row may have.
-pub(crate) const NUMBERS: [usize; 2] = [TUM, KITTI];
 /// Rows a second in KITTI's sequences.
 const KITTI_FPS: f64 = 10.0;
 
@@ -28,7 +26,7 @@ pub(crate) fn read(file: &str, bytes: &[u8], options: &ImportOptions) -> Result<
         let wrong = |expected: &str, found: String| PathFileError::entry(file, format!("line {line}"), expected, found);
         let words: Vec<&str> = row.split_whitespace().collect();
         let timed = words.len() == TUM;
-        if !NUMBERS.contains(&words.len()) || (!images.is_empty() && timed == times.is_empty()) {
+        if !(timed || words.len() == KITTI) || (!images.is_empty() && timed == times.is_empty()) {
             return Err(wrong("8 numbers (TUM) or 12 (KITTI), as many in all rows", quoted(row)));
         }
         if images.len() == MAX_KEYFRAMES {
@@ -43,7 +41,8 @@ pub(crate) fn read(file: &str, bytes: &[u8], options: &ImportOptions) -> Result<
         } else {
             let column = |c: usize| DVec3::new(v[c], v[4 + c], v[8 + c]);
             let axes = DMat3::from_cols(column(0), column(1), column(2));
-            if !is_rotation(&axes) {
+            let square = (axes.transpose() * axes - DMat3::IDENTITY).to_cols_array().iter().all(|off| off.abs() <= 0.01);
+            if !square || axes.determinant() < 0.0 {
                 return Err(wrong("a rotation in the first three columns", quoted(row)));
             }
             (DQuat::from_mat3(&axes).normalize(), column(3))

@@ -5,11 +5,14 @@
 //! rows or in one list.
 
 use crate::colmap::{self, Image};
-use crate::waypoint::{Track, is_rotation};
+use crate::waypoint::Track;
 use crate::{ImportOptions, PathFileError, text};
 use glam::{DMat3, DQuat, DVec3};
 use promenade_core::MAX_KEYFRAMES;
 use serde::Deserialize;
+
+/// How far the columns of a rotation may be from unit length and from right angles.
+const SQUARE: f64 = 0.01;
 
 /// Fields that are not read, such as those of lenses, are many.
 #[derive(Deserialize)]
@@ -102,7 +105,10 @@ fn image(file: &str, index: usize, frame: &Frame) -> Result<Image, PathFileError
     }
     let column = |c: usize| DVec3::new(flat[c], flat[4 + c], flat[8 + c]);
     let (axes, position) = (DMat3::from_cols(column(0), column(1), column(2)), column(3));
-    if !is_rotation(&axes) || !position.is_finite() {
+    let square = (axes.transpose() * axes).to_cols_array().iter().zip(DMat3::IDENTITY.to_cols_array()).all(|(a, b)| {
+        (a - b).abs() <= SQUARE // Not where one is no number.
+    });
+    if !square || axes.determinant() < 0.0 || !position.is_finite() {
         return Err(wrong("a rotation and a finite position", format!("{flat:?}")));
     }
     let camera_to_world = DMat3::from_cols(axes.x_axis, -axes.y_axis, -axes.z_axis);

@@ -1,7 +1,7 @@
 //! Poses on their way from a file to a path.
 
 use crate::PathFileError;
-use glam::{DMat3, DQuat, DVec3, EulerRot, Quat};
+use glam::{DQuat, DVec3, EulerRot, Quat};
 use promenade_core::{CameraPath, Keyframe, PathError, Pose};
 
 /// A keyframe in double precision, for worlds whose origin is far away.
@@ -67,15 +67,6 @@ pub(crate) fn from_degrees([yaw, pitch, roll]: [f64; 3]) -> DQuat {
 pub(crate) fn to_degrees(orientation: Quat) -> [f64; 3] {
     let (yaw, pitch, roll) = orientation.as_dquat().normalize().to_euler(EulerRot::ZYX);
     [yaw.to_degrees(), -pitch.to_degrees(), roll.to_degrees()]
-}
-
-/// How far the columns of a rotation may be from unit length and from right angles.
-const SQUARE: f64 = 0.01;
-
-/// Whether a matrix turns and does not mirror; not where a number is none.
-pub(crate) fn is_rotation(axes: &DMat3) -> bool {
-    let off = (axes.transpose() * *axes - DMat3::IDENTITY).to_cols_array();
-    off.iter().all(|off| off.abs() <= SQUARE) && axes.determinant() > 0.0
 }
 
 /// A unit quaternion of the components w, x, y, z; else their length.
