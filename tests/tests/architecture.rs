@@ -114,8 +114,8 @@ fn the_host_knows_no_plugin_in_particular() {
 /// What opens files, starts threads, or speaks with hosts and users.
 const WORLDLY: [&str; 10] =
     ["nice-plug", "hound", "hdf5-pure", "crossbeam", "rayon", "tokio", "egui", "clap", "cpal", "promenade-audio"];
-/// Of the tools that bake: linear algebra, checkpoints, meshes, threads.
-const OF_BAKERS: [&str; 8] = ["nalgebra", "pytorch-reader", "zip", "rayon", "obvhs", "tobj", "stl_io", "ply-rs-bw"];
+/// Of the tools that bake: linear algebra, meshes, threads.
+const OF_BAKERS: [&str; 6] = ["nalgebra", "rayon", "obvhs", "tobj", "stl_io", "ply-rs-bw"];
 
 #[test]
 fn crates_that_compute_know_no_host_file_thread_or_interface() {

@@ -119,8 +119,8 @@ impl PublishedClip {
         Ok(())
     }
 
-    /// Renders a clip to the left and the right ear, time-aligned with what was analysed, from the masked magnitudes and the time
-    /// filter's output by frame, and masks whose lengths were checked. Does not allocate.
+    /// Renders a clip to the left and the right ear, time-aligned with what was analysed: from the masked magnitudes and the
+    /// time filter's output by frame, and masks whose lengths were checked. Does not allocate.
     ///
     /// # Errors
     /// An output of another length than [`PublishedClip::out_samples`].

@@ -162,8 +162,7 @@ fn a_length_is_not_taken_for_another_form() {
         let len = usize::from(u16::from_le_bytes(start));
         let padded = [header, &vec![b' '; len - header.len()]].concat();
         std::fs::write(&path, [&(len as u64).to_le_bytes(), &padded[..], data].concat()).unwrap();
-        let imported =
-            import(&fixture("simple_sh.safetensors"), Some(&path), None).unwrap_or_else(|e| panic!("{}", text(&e)));
+        let imported = import(&fixture("simple_sh.safetensors"), Some(&path), None).unwrap_or_else(|e| panic!("{}", text(&e)));
         assert_eq!(imported.model, small("simple_sh.safetensors").model);
     }
 }
@@ -184,17 +183,9 @@ fn wrong_anchors_are_refused_with_the_reason() {
     refused(&fixture("simple_sh.safetensors"), Some(&path), &says);
     let path = folder.path().join("infinite.safetensors");
     write_arrays(&path, &[("anchor_xyz", &[4, 3], &[f32::NAN; 12]), ("rgb_features", &[4, 6], &[0.0; 24])]);
-    refused(
-        &fixture("simple_sh.safetensors"),
-        Some(&path),
-        &["infinite.safetensors", "'anchor_xyz'", "found NaN at 0"],
-    );
+    refused(&fixture("simple_sh.safetensors"), Some(&path), &["infinite.safetensors", "'anchor_xyz'", "found NaN at 0"]);
     write_arrays(&path, &[("anchor_xyz", &[4, 3], &[0.0; 12]), ("rgb_features", &[4, 6], &[f32::INFINITY; 24])]);
-    refused(
-        &fixture("simple_sh.safetensors"),
-        Some(&path),
-        &["infinite.safetensors", "'rgb_features'", "found inf at 0"],
-    );
+    refused(&fixture("simple_sh.safetensors"), Some(&path), &["infinite.safetensors", "'rgb_features'", "found inf at 0"]);
     let path = folder.path().join("unknown.safetensors");
     write_anchors(&path, "points", "colours", 4);
     refused(&fixture("simple_sh.safetensors"), Some(&path), &["'anchor_xyz'", "'colours', 'points'"]);

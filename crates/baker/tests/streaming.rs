@@ -79,6 +79,14 @@ fn a_stream_that_is_the_clip_is_at_no_distance() {
     assert!((0..2).all(|row| distance(row).mag > 1e-3), "the others are not: {:?}", report.streams);
     assert_eq!(report.streams[2].lookahead_hops, 5);
     assert!(report.streams[0].real_time.is_none() && report.streams[1..].iter().all(|r| r.real_time.is_some_and(|t| t > 0.0)));
+}
+
+#[test]
+fn the_tiers_of_a_scene_are_compared() {
+    let report = measure(&scene(audible(CloudKind::SimpleSh, SMALL), ConvMode::Causal), 1.0).unwrap();
+    assert_eq!(names(&report), ["source", "high", "reference"]);
+    assert!(report.streams.iter().all(|r| r.distance.is_some_and(|d| d.mag.is_finite() && d.lsd_db > 0.0)), "{report:?}");
+    assert!(report.streams.iter().all(|r| r.lookahead_hops == 0), "convolution that does not look ahead");
     assert!(report.clips > 3 && report.decode_s.is_some());
 }
 

@@ -28,10 +28,7 @@ fn measured_sets() {
         { "file": "a.wav", "channel": 1, "clock": "free", "source": { "at": [1.0, 2.0, 1.5], "facing": [1, 0, 0] },
           "microphone": { "at": [2.0, 1.5, 1.2] } } ] }"#;
     let table = "file,setting,a,b,c,d,x,y,z,e\na.wav,000,1,2,3,4,1.5,2.5,1.2,9\na.wav,111,1,2,3,4,1.5,nan,1.2,9\n";
-    let whole = [
-        Input::new("measurements.json", manifest),
-        Input::new("positions_derived.csv", table),
-    ];
+    let whole = [Input::new("measurements.json", manifest), Input::new("positions_derived.csv", table)];
     let layouts = [["measurements.json", "a.wav"], ["positions_derived.csv", "RIRs_flac24"]];
     let options = LoadOptions {
         source_m: Some([0.5, 0.5, 1.0]),

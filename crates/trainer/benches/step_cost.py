@@ -1,9 +1,7 @@
 #!/usr/bin/env python3
-"""Times a step of PyTorch on what step_cost.rs trains in its second and its fourth row: forward, backward, AdamW, batches of 6 listeners.
-
-The first figure is the network alone. The second adds AV-Cloud's render head with time filters from spherical harmonics of the first
-degree and convolution layers, on the magnitudes of one-second clips (173 frames, 257 bins) for both ears. Transforms and a loss over
-waveforms are left out, so PyTorch has less to do. Needs PyTorch. Usage: step_cost.py [THREADS]
+"""Times a step of PyTorch on what step_cost.rs trains in its second row: the network, forward, backward, AdamW, batches of 6
+listeners. Transforms, the render head and a loss over waveforms are left out, so PyTorch has less to do. Needs PyTorch.
+Usage: step_cost.py [THREADS]
 """
 import statistics
 import sys
@@ -13,7 +11,7 @@ import torch
 from torch import nn
 
 THREADS = int(sys.argv[1]) if len(sys.argv) > 1 else 1
-BATCH, ANCHORS, BANDS, WIDTH, HEADS, LAYERS, FEED, FRAMES, HARMONICS = 6, 256, 257, 128, 4, 3, 512, 173, 4
+BATCH, ANCHORS, BANDS, WIDTH, HEADS, LAYERS, FEED = 6, 256, 257, 128, 4, 3, 512
 torch.set_num_threads(THREADS)
 torch.manual_seed(1)
 
@@ -44,29 +42,6 @@ class Network(nn.Module):
         return self.mix(attention @ self.audio), 2 * self.difference(t).sigmoid() - 1, self.taps(t)
 
 
-class Head(nn.Module):
-    def __init__(self):
-        super().__init__()
-        self.by_band = nn.Parameter(torch.randn(ANCHORS, BANDS, HARMONICS))
-        self.by_frame = nn.Parameter(torch.randn(BANDS, FRAMES))
-        self.features = nn.Parameter(0.02 * torch.randn(ANCHORS, 2 * FRAMES))
-        layers = nn.Conv2d(4, 16, 7, padding=3), nn.ReLU(), nn.Conv2d(16, 16, 3, padding=1), nn.ReLU(), nn.Conv2d(16, 1, 3, padding=1)
-        self.conv = nn.Sequential(*layers)
-
-    def forward(self, mixture, difference, harmonics, magnitudes):
-        masked = magnitudes * mixture
-        anchors = torch.einsum("bnh,nfh->bnf", harmonics, self.by_band)
-        inputs, biases = (self.features / ANCHORS ** 0.5).split(FRAMES, 1)
-        kernel = (anchors @ self.by_frame / BANDS ** 0.5).transpose(1, 2) @ inputs
-        mix = masked @ kernel.transpose(1, 2) + anchors.transpose(1, 2) @ biases
-        ears = []
-        for sign in (-1, 1):
-            base = (1 + sign * difference) * masked
-            planes = torch.stack([mix, base, mixture.expand_as(base), sign * difference.expand_as(base)], 1)
-            ears.append((self.conv(planes)[:, 0] + base).relu())
-        return ears
-
-
 def median(parameters, loss):
     optimiser = torch.optim.AdamW(parameters, lr=1e-4)
     times = []
@@ -80,11 +55,7 @@ def median(parameters, loss):
     return statistics.median(times[1:])
 
 
-network, head = Network(), Head()
+network = Network()
 inputs = torch.randn(ANCHORS, 150), torch.randn(BATCH, ANCHORS, 63), torch.randn(BANDS, 21)
-clips = torch.randn(BATCH, ANCHORS, HARMONICS), torch.rand(BATCH, BANDS, FRAMES)
-alone = median(network.parameters(), lambda: sum(part.square().mean() for part in network(*inputs)))
-whole = median(
-    [*network.parameters(), *head.parameters()], lambda: sum(ear.square().mean() for ear in head(*network(*inputs)[:2], *clips))
-)
-print(f"PyTorch {torch.__version__}, {THREADS} threads: {alone:.3f} s a step, network alone; {whole:.3f} s with time filters and convolutions")
+step = median(network.parameters(), lambda: sum(part.square().mean() for part in network(*inputs)))
+print(f"PyTorch {torch.__version__}, {THREADS} threads: {step:.3f} s a step of the network")

@@ -1,7 +1,7 @@
 //! Published AV-Cloud checkpoints: what training left behind becomes a model that can be rendered.
 //!
-//! [`import`] reads the `.safetensors` with weights and anchors that `presets/recipes/export_avcloud.py` writes of a `.pth` of the
-//! published trainer and its point file, where the training code runs: both are programs to whoever opens them.
+//! [`import`] reads the `.safetensors` with weights, settings and anchors that `presets/recipes/export_avcloud.py` writes. The
+//! exporter runs beside the training code: a `.pth` and the pickle of its points are programs to whoever opens them.
 
 mod anchors;
 mod float;
@@ -40,7 +40,9 @@ pub fn import(checkpoint: &Path, anchors: Option<&Path>, placement: Option<Place
     let Settings { kind, max_norm, grid, heads, convention } = Settings::of(checkpoint, &metadata)?;
     let mut notes = Vec::new();
     if placement.is_none() {
-        notes.push("no placement is given: one unit of the cloud is taken as a metre, its axes as the scene's (z up)".to_owned());
+        notes.push(
+            "no placement is given: one unit of the cloud is taken as a metre, its axes as the scene's (z up)".to_owned(),
+        );
     }
     let inside = Anchors::take(checkpoint, &mut weights)?;
     let anchors_at = anchors.unwrap_or(checkpoint);
