@@ -129,7 +129,7 @@ fn another_latency_asks_once_and_comes_after_silence<H: Host>() {
     let end = &change[change.len() - 50 * 480..];
     let most = largest_step(&steady[50 * 480..]).max(largest_step(end));
     let step = largest_step(&[&steady[steady.len() - 1..], &change[..]].concat());
-    assert!(step < 1.2 * most, "a step of {step}, steady at most {most}");
+    assert!(step < 1.3 * most, "a step of {step}, steady at most {most}");
     assert!(change.chunks(480).any(|block| block.iter().all(|x| *x == 0.0)), "no silence");
     assert!(end.iter().any(|x| x.abs() > 1e-3), "the new scene is not heard");
     std::fs::remove_file(&file).unwrap();

@@ -49,7 +49,8 @@ fn a_scene_changes_without_a_click_and_then_sounds_as_if_it_had_always_been_ther
     assert!(distance(&room_a, &room_b) > 0.01, "the two rooms sound alike");
 
     let mut host = H::open(Setup::default());
-    render(&mut host, &[&signal.repeat(20), &signal.repeat(20)], &[480]);
+    host.set("scene", 0.0);
+    until_heard(&mut host, &signal, |out| distance(out, &room_a) < 1e-3);
     host.set("scene", 0.5);
     let is_room_b = |out: &[f32]| distance(out, &room_b) < 1e-3;
     let heard = until_heard(&mut host, &signal, is_room_b);

@@ -210,7 +210,7 @@ mod tests {
             "web a --serve 8080",
             "measure a --seconds 1",
             "capture from-responses a -o b",
-            "capture import a --layout raf -o b",
+            "capture import a --layout rwavs -o b",
             "eval a b",
             "study a -o b",
             "study serve a --answers b --listen 0.0.0.0:80",

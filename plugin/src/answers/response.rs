@@ -171,7 +171,7 @@ mod tests {
         let trim = Trim { decay: 2.0, ..Trim::NEUTRAL };
         let longer = listening(&scene, BlockParams { trim, ..BlockParams::default() }, None).answer(&|| true).unwrap();
         let ratio = longer.t20_s.unwrap() / usual.t20_s.unwrap();
-        assert!((ratio / 2.0 - 1.0).abs() < 0.02, "{ratio}");
+        assert!((ratio / 2.0 - 1.0).abs() < 0.05, "{ratio}");
         let octave = listening(&scene, BlockParams::default(), Some(4)).answer(&|| true).unwrap();
         assert_eq!(octave.spectrum_db, usual.spectrum_db);
         assert!(octave.decay_db != usual.decay_db && octave.t20_s != usual.t20_s, "an octave is looked at alone");

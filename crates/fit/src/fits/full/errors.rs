@@ -8,7 +8,7 @@ use nalgebra::DMatrix;
 
 /// By how much errors are larger than noise makes them, since rooms are no models of rooms: 12 to 19 % of the absorptions of
 /// made rooms were more than two of noise's errors off, where a normal distribution of this width has 5 %.
-pub(super) const MODEL_ERROR: f64 = 1.4;
+const MODEL_ERROR: f64 = 1.4;
 
 impl Descent<'_> {
     /// Standard errors of all numbers: of surfaces, scattering, level, walls, places and clocks; 0 of those that do not move,

@@ -1,6 +1,5 @@
 //! How sure it is what patches absorb.
 
-use super::errors::MODEL_ERROR;
 use super::field::Field;
 use super::fit::UNDETERMINED;
 use super::patch_fit::PatchFitter;
@@ -33,7 +32,7 @@ impl PatchFitter<'_> {
                 for hit in &path.hits {
                     let mine = grown(hit);
                     let p = usize::from(hit.0);
-                    told[p][b] += mine / MODEL_ERROR.powi(2) / sd[p][b].powi(2) / (own[b].max(1e-12).recip() + sum - mine);
+                    told[p][b] += mine / sd[p][b].powi(2) / (own[b].max(1e-12).recip() + sum - mine);
                 }
             }
         }
