@@ -98,7 +98,8 @@ impl Late {
     /// would be off by a thousandth of the decay of a room that rings for minutes. `coherence` is that of the ears, per bin.
     pub(crate) fn new(grid: &StftGrid, scene_grid: &StftGrid, tail: &TailModel, hop_decay: &[f64], coherence: &[f32]) -> Self {
         let share = |sign: f32| {
-            let of = |block: &[f32]| std::array::from_fn(|i| block.get(i).map_or(0.0, |c| (0.5 + 0.5 * sign * c).max(0.0).sqrt()));
+            let of =
+                |block: &[f32]| std::array::from_fn(|i| block.get(i).map_or(0.0, |c| (0.5 + 0.5 * sign * c).max(0.0).sqrt()));
             coherence.chunks(LANES).map(of).collect()
         };
         let mut stream = 16;

@@ -22,7 +22,11 @@ impl Recorded {
     /// Fewer channels than that.
     pub(super) fn channel(mut self, number: usize) -> Result<Measurement, FitError> {
         if number >= self.channels.len() {
-            return Err(crate::error::measurement(&self.name, format!("at least {} channels", number + 1), self.channels.len()));
+            return Err(crate::error::measurement(
+                &self.name,
+                format!("at least {} channels", number + 1),
+                self.channels.len(),
+            ));
         }
         let samples = self.channels.swap_remove(number);
         Ok(Measurement { name: self.name, source: self.source, microphone: self.microphone, clock: self.clock, samples })

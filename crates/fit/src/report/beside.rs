@@ -5,8 +5,11 @@ use crate::fits::FullFit;
 use crate::measurements::{Convention, Errors, Figures, Measurements};
 use crate::prediction::{Baseline, all_figures, prediction_errors};
 
-/// What is measured, with the unit and the digits of its errors.
-const MEASURES: [(&str, usize, fn(&Errors) -> f64); 6] = [
+/// Name with its unit, digits, and the error.
+type Measure = (&'static str, usize, fn(&Errors) -> f64);
+
+/// What is compared.
+const MEASURES: [Measure; 6] = [
     ("octave T20, %", 1, |errors| errors.octave_t20_percent),
     ("octave C50, dB", 2, |errors| errors.octave_c50_db),
     ("loudness, dB", 2, |errors| errors.loudness_db),
@@ -30,7 +33,8 @@ pub(super) fn beside_a_regression(fit: &FullFit, set: &Measurements) -> String {
         .collect();
     let pairs: Vec<(&Figures, &Figures)> = predicted.iter().zip(&figures).filter_map(|(p, f)| Some((p.as_ref()?, f))).collect();
     let line = Errors::of(&pairs);
-    let of = |name: &str, errors: &Errors| row(name, MEASURES.iter().map(|(_, digits, of)| format!("{:.*}", *digits, of(errors))));
+    let of =
+        |name: &str, errors: &Errors| row(name, MEASURES.iter().map(|(_, digits, of)| format!("{:.*}", *digits, of(errors))));
     let table = markdown_table(&[
         row("mean errors", MEASURES.iter().map(|(name, ..)| (*name).to_owned())),
         of("this room", &own),
@@ -42,5 +46,7 @@ pub(super) fn beside_a_regression(fit: &FullFit, set: &Measurements) -> String {
         [] => "The room is better in each.".to_owned(),
         worse => format!("**The room is no better than a line without walls in: {}.**", worse.join("; ")),
     };
-    format!("\n## Beside a regression\n\n{table}\n{said} The line is drawn through the other places; the room knows them all.\n")
+    format!(
+        "\n## Beside a regression\n\n{table}\n{said} The line is drawn through the other places; the room knows them all.\n"
+    )
 }

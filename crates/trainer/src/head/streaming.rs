@@ -95,7 +95,13 @@ impl StreamingHead {
                 .map(|(voice, prediction)| {
                     let values = query_values(prediction);
                     let (learnt, transfer) = head.filters(&example.pose, voice, &values, weights, &shapes);
-                    (voice, values, learnt, transfer, worker.head.analyse(&voice.dry, example.pre_roll, example.pose.orientation))
+                    (
+                        voice,
+                        values,
+                        learnt,
+                        transfer,
+                        worker.head.analyse(&voice.dry, example.pre_roll, example.pose.orientation),
+                    )
                 })
                 .collect();
             let heard = voices.iter().map(|(.., transfer, input)| worker.head.render(input, transfer));
