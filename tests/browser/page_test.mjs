@@ -230,7 +230,7 @@ const tests = {
     await page.route("**/engine/processor.js", async (route) => {
       const answer = await route.fetch();
       const body = (await answer.text())
-        .replace("process([input], [output]) {", "process([input], [output]) { globalThis.blocks = (globalThis.blocks ?? 0) + 1;")
+        .replace("process([input], [output]) {", (head) => `${head} globalThis.blocks = (globalThis.blocks ?? 0) + 1;`)
         .replace('kind: "report",', 'kind: "report", blocks: globalThis.blocks,');
       await route.fulfill({ response: answer, body });
     });
@@ -301,7 +301,8 @@ const tests = {
     const after = await at();
     check(before[1] - after[1] > 0.3 && Math.abs(before[0] - after[0]) < 0.05, `${before} to ${after}`);
     const offset = await page.evaluate(() => promenade.voices.voices[1].engine.values.get("offsetY"));
-    check(Math.abs(offset - (after[1] - (await page.evaluate(() => promenade.stage.sounds[0].position[1])))) < 1e-6, `${offset}`);
+    const first = await page.evaluate(() => promenade.stage.sounds[0].position);
+    check(Math.abs(offset - (after[1] - first[1])) < 1e-6, `${offset}`);
     // The focus is on a button: arrow keys walk all the same.
     await page.locator("#where").focus();
     const walked = (await heard(page)).heard;

@@ -357,7 +357,8 @@ const tests = {
 
   async "nothing of a live ABX tells A from B"() {
     const item = { name: "rooms", dry: rooms.dry, conditions: rooms.conditions };
-    const made = { ...study, study: "blind", headphones: false, parts: [{ method: "abx", repeats: 1, ...quick, items: [item] }] };
+    const parts = [{ method: "abx", repeats: 1, ...quick, items: [item] }];
+    const made = { ...study, study: "blind", headphones: false, parts };
     const own = await serve(made);
     const seen = new Map();
     for (let i = 0; seen.size < 2; i++) {

@@ -31,8 +31,12 @@ fn parts_are_told_apart_and_persons_are_listed() {
     let at = |name: &str| folder.path().join(name).to_string_lossy().into_owned();
     let mut lines = HEAD.to_owned();
     for (person, passed) in [("p", "passed"), ("q", "passed"), ("r", "failed")] {
-        lines += &format!("s,v,{person},t,1,1,paired,hall,x,y,,x,,,30,{passed}\ns,v,{person},t,2,2,paired,hall,x,y,,y,,,30,{passed}\n");
-        lines += &format!("s,v,{person},t,3,3,abx,hall,x,y,x,x,,,30,{passed}\ns,v,{person},t,4,,question,age,,,,30 to 39,,,,{passed}\n");
+        lines += &format!(
+            "s,v,{person},t,1,1,paired,hall,x,y,,x,,,30,{passed}\ns,v,{person},t,2,2,paired,hall,x,y,,y,,,30,{passed}\n"
+        );
+        lines += &format!(
+            "s,v,{person},t,3,3,abx,hall,x,y,x,x,,,30,{passed}\ns,v,{person},t,4,,question,age,,,,30 to 39,,,,{passed}\n"
+        );
     }
     std::fs::write(at("answers.csv"), lines).unwrap();
     let report = |rest: &[&str]| {
@@ -45,7 +49,10 @@ fn parts_are_told_apart_and_persons_are_listed() {
     let scores = |part: usize| json["parts"][part]["paired"]["items"][0]["scores"].clone();
     assert_eq!([scores(0), scores(1)], [serde_json::json!([2, 0]), serde_json::json!([0, 2])]);
     assert_eq!(json["parts"][2]["abx_by_person"].as_array().unwrap().len(), 2);
-    assert!(said.contains("Left out, since they failed the headphone check: r\n") && said.contains("Votes: hall, part 2"), "{said}");
+    assert!(
+        said.contains("Left out, since they failed the headphone check: r\n") && said.contains("Votes: hall, part 2"),
+        "{said}"
+    );
     assert!(said.contains("Question: age") && said.contains("30 to 39"), "{said}");
     let (said, json) = report(&["--keep-failed"]);
     assert_eq!(json["parts"][0]["paired"]["items"][0]["scores"], serde_json::json!([3, 0]));

@@ -57,7 +57,8 @@ export class Answers {
   add(trial, rows) {
     const { person, headphones } = this.kept;
     for (const row of rows) {
-      const whole = { study: this.study, version: this.version, person, time: new Date().toISOString(), trial, headphones, ...row };
+      const { study, version } = this;
+      const whole = { study, version, person, time: new Date().toISOString(), trial, headphones, ...row };
       this.kept.rows.push(HEADER.map((column) => String(whole[column] ?? "")));
     }
     this.kept.done = trial;

@@ -37,12 +37,11 @@ function sides(pair, random) {
 
 const KINDS = {
   paired(part, item, random) {
-    const wanted = part.pairs ?? item.conditions.flatMap((one, i) => item.conditions.slice(i + 1).map((o) => [one.name, o.name]));
-    return wanted.map((names) => {
-      const of = sides(
-        names.map((name) => item.conditions.find((sound) => sound.name === name)),
-        random,
-      );
+    const { conditions } = item;
+    const all = conditions.flatMap((one, i) => conditions.slice(i + 1).map((other) => [one, other]));
+    const chosen = part.pairs?.map((names) => names.map((name) => conditions.find((sound) => sound.name === name)));
+    return (chosen ?? all).map((pair) => {
+      const of = sides(pair, random);
       return (round) => {
         const [a, b] = of(round);
         const open = named("Reference", item.reference, "reference");

@@ -19,8 +19,8 @@ export const yawOf = ([x, y, z, w]) => Math.atan2(2 * (w * z + x * y), 1 - 2 * (
 
 export class Walker {
   /**
-   * `place` is that of the item, the same for all of its scenes; `moved(position, quaternion)` is called as often as the picture
-   * changes.
+   * `place` is that of the item, the same for all of its scenes; `moved(position, quaternion)` is called as often as the
+   * picture changes.
    */
   constructor(place, moved) {
     const [low, high] = place.bounds;

@@ -232,6 +232,27 @@ impl Answers {
         grouped(self.list.iter(), |answer| answer.who()).len()
     }
 
+    /// Answers by version and part, parts rising; those to questions beside the sounds are in none.
+    pub fn parts(&self) -> Vec<(&str, u32, Vec<Answer>)> {
+        let sounds = self.list.iter().filter(|answer| !matches!(answer.what, Trial::Said(_)));
+        let parts = grouped(sounds, |answer| (&*answer.version, answer.part)).into_iter();
+        let mut parts: Vec<_> =
+            parts.map(|((version, part), list)| (version, part, list.into_iter().cloned().collect())).collect();
+        parts.sort_by_key(|(_, part, _)| *part);
+        parts
+    }
+
+    /// Questions beside the sounds, with how often each answer was given.
+    pub fn said(&self) -> Vec<(String, Vec<(String, usize)>)> {
+        let said = self.list.iter().filter_map(|answer| match &answer.what {
+            Trial::Said(text) => Some((&*answer.item, &**text)),
+            _ => None,
+        });
+        let count = |(text, list): (&str, Vec<(&str, &str)>)| (text.to_owned(), list.len());
+        let of = |list: Vec<(_, _)>| grouped(list.into_iter(), |(_, text)| *text).into_iter().map(count).collect();
+        grouped(said, |(item, _)| *item).into_iter().map(|(item, list)| (item.to_owned(), of(list))).collect()
+    }
+
     /// Takes out what persons answered who failed the headphone check; gives their names.
     pub fn leave_out_failed(&mut self) -> Vec<String> {
         let (failed, rest): (Vec<_>, Vec<_>) = grouped(self.list.iter(), |answer| answer.who())

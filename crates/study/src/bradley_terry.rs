@@ -31,8 +31,8 @@ pub struct Strengths {
 impl Strengths {
     /// Of a table. With the tables of its persons, whose sum it is, the errors are those of votes that hang together by person
     /// (a sandwich estimate, Liang and Zeger 1986) and the intervals those of Student's t, with a degree of freedom less than
-    /// persons; without them, or where all persons say the same of a condition, those of independent votes. None where the likelihood has no
-    /// maximum: where some conditions were never preferred to the others (Ford 1957).
+    /// persons; without them, or where all persons say the same of a condition, those of independent votes. None where the
+    /// likelihood has no maximum: where some conditions were never preferred to the others (Ford 1957).
     pub fn new(votes: &Preferences, persons: &[Preferences]) -> Option<Self> {
         if !connected(votes) {
             return None;
@@ -181,9 +181,8 @@ mod tests {
     #[test]
     fn intervals_hold_the_truth_nineteen_times_in_twenty() {
         let mut rng = fastrand::Rng::with_seed(5);
-        let mut person = |spread: f64| {
-            [0.6, 0.1, -0.7].map(|mean| mean + spread * (0..12).map(|_| rng.f64() - 0.5).sum::<f64>())
-        };
+        let mut person =
+            |spread: f64| [0.6, 0.1, -0.7].map(|mean| mean + spread * (0..12).map(|_| rng.f64() - 0.5).sum::<f64>());
         let chances = |of: [f64; 3]| [(0, 1), (0, 2), (1, 2)].map(|(i, j): (usize, usize)| 1.0 / (1.0 + (of[j] - of[i]).exp()));
         let of_shares = |shares: [u32; 3], whole: u32| {
             let [a, b, c] = shares;

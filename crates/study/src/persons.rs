@@ -62,7 +62,13 @@ fn person(name: &str, own: &[&Answer], sums: &HashMap<What<'_>, (f64, f64)>) -> 
         alike += sum * (sum - 1.0) + (n - sum) * (n - sum - 1.0);
         twice += n * (n - 1.0);
         if let Some(others) = others {
-            with += if others > 0.5 { sum } else if others < 0.5 { n - sum } else { n / 2.0 };
+            with += if others > 0.5 {
+                sum
+            } else if others < 0.5 {
+                n - sum
+            } else {
+                n / 2.0
+            };
             votes += n;
         }
     }
@@ -113,11 +119,7 @@ mod tests {
         }
         let found = persons(&answers);
         let of = |i: usize| (found[i].with_self, found[i].with_others, found[i].trials);
-        assert_eq!([of(0), of(1), of(2)], [
-            (Some(1.0), Some(1.0), 3),
-            (Some(0.0), Some(0.5), 3),
-            (None, Some(1.0), 1),
-        ]);
+        assert_eq!([of(0), of(1), of(2)], [(Some(1.0), Some(1.0), 3), (Some(0.0), Some(0.5), 3), (None, Some(1.0), 1),]);
         assert!((found[0].correlation.unwrap() + 1.0).abs() < 1e-12 && found[2].correlation.is_none(), "{found:?}");
     }
 }

@@ -34,8 +34,8 @@ impl Place {
     }
 }
 
-/// What all scenes of an item have in common. Listeners begin where the item says, or where the first scene begins, which is the
-/// reference where there is one.
+/// What all scenes of an item have in common. Listeners begin where the item says, or where the first scene begins, which is
+/// the reference where there is one.
 pub(crate) fn common(item: &Item, scenes: &[Arc<Scene>], paths: &[PathBuf], notes: &mut Vec<String>) -> Result<Place, Fault> {
     let (mut low, mut high) = (Vec3::NEG_INFINITY, Vec3::INFINITY);
     for (scene, path) in scenes.iter().zip(paths) {

@@ -188,7 +188,8 @@ mod tests {
         let mut rng = fastrand::Rng::with_seed(3);
         let mut person = || 50.0 + 10.0 * (0..12).map(|_| rng.f64() - 0.5).sum::<f64>();
         for persons in [3, 5, 8, 20] {
-            let mut holds = || interval(&rising((0..persons).map(|_| person()))).is_some_and(|[low, high]| low <= 50.0 && 50.0 <= high);
+            let mut holds =
+                || interval(&rising((0..persons).map(|_| person()))).is_some_and(|[low, high]| low <= 50.0 && 50.0 <= high);
             let share = (0..5000).filter(|_| holds()).count() as f64 / 5000.0;
             assert!((0.93..0.97).contains(&share), "{persons} persons: {share}");
         }

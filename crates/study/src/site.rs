@@ -60,7 +60,8 @@ pub fn write_site(study: &Study, file_of_study: &Path, to: &Path, engine: Option
     let from = file_of_study.parent().unwrap_or(Path::new(""));
     let live = study.is_live();
     let (rng, names, digest) = (Rng::with_seed(study.seed), HashMap::new(), 0xcbf2_9ce4_8422_2325);
-    let mut site = Site { from, to, names, digest, rng, match_loudness: study.match_loudness, made: Made { live, ..Made::default() } };
+    let mut site =
+        Site { from, to, names, digest, rng, match_loudness: study.match_loudness, made: Made { live, ..Made::default() } };
     std::fs::create_dir_all(to.join("stimuli")).map_err(FileError::write(to))?;
     let parts = study.parts.iter().map(|part| site.part(part)).collect::<Result<Vec<_>, _>>()?;
     let engine = if live {
@@ -155,8 +156,8 @@ impl Site<'_> {
         Ok(page)
     }
 
-    /// A name that tells nothing for a file that is heard to so many frames, and whether it is new. What its bytes are belongs to
-    /// the version.
+    /// A name that tells nothing for a file that is heard to so many frames, and whether it is new. Its bytes are part of the
+    /// version.
     fn name(&mut self, path: &Path, frames: usize, bytes: &[u8], ending: &str) -> (String, bool) {
         let key = (path.to_owned(), frames);
         if let Some(name) = self.names.get(&key) {
@@ -196,7 +197,9 @@ impl Site<'_> {
             } else {
                 let seconds = |frames: usize| frames as f64 / f64::from(rate);
                 let [from, to] = [heard.frames(), frames].map(seconds);
-                self.made.notes.push(format!("{}: {from:.3} s, with silence to {to:.3} s as others of its item", path.display()));
+                self.made
+                    .notes
+                    .push(format!("{}: {from:.3} s, with silence to {to:.3} s as others of its item", path.display()));
                 heard.channels.iter_mut().for_each(|channel| channel.resize(frames, 0.0));
                 let (name, new) = self.name(path, frames, &bytes, "wav");
                 if new {

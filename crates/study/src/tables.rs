@@ -65,7 +65,8 @@ fn add(material: &mut Material, path: &Path, bytes: &[u8]) -> Result<(), FileErr
     let first = bytes.split(|byte| *byte == b'\n').next().unwrap_or_default();
     let count = |of: u8| first.iter().filter(|byte| **byte == of).count();
     let delimiter = if count(b';') > count(b',') { b';' } else { b',' };
-    let mut reader = ReaderBuilder::new().delimiter(delimiter).has_headers(false).flexible(true).trim(Trim::All).from_reader(bytes);
+    let mut reader =
+        ReaderBuilder::new().delimiter(delimiter).has_headers(false).flexible(true).trim(Trim::All).from_reader(bytes);
     let mut records =
         reader.records().map(|record| record.map_err(|error| FileError::content(path, "lines of CSV", error.to_string())));
     let Some(first) = records.next().transpose()? else {
@@ -193,7 +194,8 @@ mod tests {
         assert_eq!((&*read.list()[0].version, read.list()[0].part), ("v", 2));
         assert_eq!((read.leave_out_failed(), read.list().len()), (vec!["p".to_owned()], 0));
         // Before versions and parts.
-        let (head, line) = (head.replace("version,", "").replace("part,", ""), line.replace("s,v,", "s,").replace("1,2,", "1,"));
+        let (head, line) =
+            (head.replace("version,", "").replace("part,", ""), line.replace("s,v,", "s,").replace("1,2,", "1,"));
         assert_eq!(of_lines(&[&head, &line]).unwrap().list()[0].part, 0);
         assert!(of_lines(&[&head.replace("role,", "")]).unwrap_err().contains("line 1: expected a column role, found none"));
     }

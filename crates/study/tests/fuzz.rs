@@ -24,7 +24,8 @@ fn report(files: &[&Path]) -> Result<usize, String> {
         groups(&item.votes.scores(), item.least.least).len()
     });
     let guessed = [abx(list), abx_by_person(list)].concat();
-    let shares = |p: promenade_study::Person| [p.with_self, p.with_others].into_iter().flatten().all(|s| (0.0..=1.0).contains(&s));
+    let shares =
+        |p: promenade_study::Person| [p.with_self, p.with_others].into_iter().flatten().all(|s| (0.0..=1.0).contains(&s));
     assert!(persons(list).into_iter().all(shares), "shares");
     assert!(guessed.iter().all(|abx| abx.right <= abx.trials && (0.0..=1.0).contains(&abx.chance)), "{guessed:?}");
     let conditions = rated.iter().flat_map(|rated| &rated.conditions);

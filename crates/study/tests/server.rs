@@ -363,7 +363,8 @@ fn scenes_of_an_item_share_one_place() {
     let scene = |name: &str| format!("{}/../../presets/library/{name}.promenade", env!("CARGO_MANIFEST_DIR"));
     let (one, other) = (scene("living-room"), scene("dry-studio"));
     let item = |conditions: Value, start: Value| json!([{ "name": "rooms", "dry": "x.wav", "conditions": conditions, "start": start }]);
-    let place = |conditions, start| made(&item(conditions, start)).map(|(page, ..)| page["parts"][0]["items"][0]["place"].clone());
+    let place =
+        |conditions, start| made(&item(conditions, start)).map(|(page, ..)| page["parts"][0]["items"][0]["place"].clone());
     let found = place(json!({ "a": one, "b": other }), Value::Null).unwrap();
     for name in [&one, &other] {
         let scene = promenade_core::Scene::from_bytes(&std::fs::read(name).unwrap()).unwrap();

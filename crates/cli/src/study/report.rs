@@ -48,17 +48,9 @@ pub(super) fn run(args: &StudyReportArgs) -> Result<()> {
     let mut parts = Vec::new();
     let tables = Part::new(String::new(), &material.tables, &[], args)?;
     parts.extend((!material.tables.is_empty()).then_some(tables));
-    let mut of_parts: Vec<((&str, u32), Vec<Answer>)> = Vec::new();
-    for answer in answers.list().iter().filter(|answer| !matches!(answer.what, Trial::Said(_))) {
-        let key = (&*answer.version, answer.part);
-        match of_parts.iter_mut().find(|(other, _)| *other == key) {
-            Some((_, list)) => list.push(answer.clone()),
-            None => of_parts.push((key, vec![answer.clone()])),
-        }
-    }
-    of_parts.sort_by_key(|((_, part), _)| *part);
-    let changed = of_parts.iter().any(|((version, _), _)| *version != of_parts[0].0.0);
-    for ((version, part), list) in &of_parts {
+    let of_parts = answers.parts();
+    let changed = of_parts.iter().any(|(version, ..)| *version != of_parts[0].0);
+    for (version, part, list) in &of_parts {
         let name = match (changed, of_parts.len() > 1) {
             (true, _) => format!("part {part} of version {version}"),
             (false, true) => format!("part {part}"),
@@ -66,14 +58,8 @@ pub(super) fn run(args: &StudyReportArgs) -> Result<()> {
         };
         parts.push(Part::new(name, &[], list, args)?);
     }
-    let mut said: Vec<(String, Vec<(String, usize)>)> = Vec::new();
-    for answer in answers.list() {
-        if let Trial::Said(text) = &answer.what {
-            *count(list(&mut said, &answer.item), text) += 1;
-        }
-    }
     let ties = answers.list().iter().filter(|answer| matches!(answer.what, Trial::Tie { .. })).count();
-    let found = Results { level: args.level, parts, persons, failed, kept: args.keep_failed, said, ties };
+    let found = Results { level: args.level, parts, persons, failed, kept: args.keep_failed, said: answers.said(), ties };
     if found.parts.is_empty() && found.said.is_empty() && found.failed.is_empty() {
         bail!("{}: expected answers, found none", args.answers[0].display());
     }
@@ -86,22 +72,6 @@ pub(super) fn run(args: &StudyReportArgs) -> Result<()> {
         }
     }
     report::figures(&args.files, &found.json(), |markdown| found.text(markdown), |folder| found.plots(folder))
-}
-
-fn list<'a>(of: &'a mut Vec<(String, Vec<(String, usize)>)>, name: &str) -> &'a mut Vec<(String, usize)> {
-    let at = of.iter().position(|(other, _)| other == name).unwrap_or_else(|| {
-        of.push((name.to_owned(), Vec::new()));
-        of.len() - 1
-    });
-    &mut of[at].1
-}
-
-fn count<'a>(of: &'a mut Vec<(String, usize)>, name: &str) -> &'a mut usize {
-    let at = of.iter().position(|(other, _)| other == name).unwrap_or_else(|| {
-        of.push((name.to_owned(), 0));
-        of.len() - 1
-    });
-    &mut of[at].1
 }
 
 impl Part {
@@ -291,7 +261,7 @@ impl Results {
             "parts": self.parts.iter().map(Part::json).collect::<Vec<_>>(),
             "persons": self.persons.iter().map(person).collect::<Vec<_>>(),
             "failed_headphones": { "persons": self.failed, "kept": self.kept },
-            "questions": self.said.iter().map(|(question, given)| json!({ "question": question, "answers": given })).collect::<Vec<_>>(),
+            "questions": self.said.iter().map(|(name, given)| json!({ "name": name, "answers": given })).collect::<Vec<_>>(),
             "no_preference": self.ties,
         })
     }
