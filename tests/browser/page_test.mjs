@@ -313,7 +313,8 @@ const tests = {
     await page.selectOption("#scene", "1");
     await until(page, "another place", () => promenade.voices.voices[0].loaded.number === 1);
     await until(page, "its heading", (name) => document.title === name, `Test: ${names[1]}`);
-    check(!(await page.locator("#path-row").isVisible()), "the path of another place is not offered");
+    for (const row of ["#path-row", "#along-row"])
+      check(!(await page.locator(row).isVisible()), "the path of another place is not offered");
     check((await page.locator("#about").textContent()).includes("A. Reader"), "the dry sound has no credit");
     await page.close();
   },
