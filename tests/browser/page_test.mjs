@@ -4,7 +4,7 @@
 //
 // In the root of the repository. PROMENADE is the program, ENGINE the module; NAME runs the tests whose names contain it.
 
-import { mkdtempSync, readFileSync, rmSync, writeFileSync } from "node:fs";
+import { cpSync, mkdtempSync, readFileSync, rmSync, writeFileSync } from "node:fs";
 import { tmpdir } from "node:os";
 import { dirname, join } from "node:path";
 import { fileURLToPath } from "node:url";
@@ -37,6 +37,8 @@ run(
   ...SCENES.map((s) => join(root, s)),
   "--dry",
   join(root, "data/speech.wav"),
+  "--credit",
+  "A. Reader",
   "--path",
   join(folder, "walk.json"),
   "--title",
@@ -197,6 +199,124 @@ const tests = {
     const words = `${glided.toFixed(1)} dB, on the path ${exact.toFixed(1)} dB`;
     check(glided < exact + 6, words);
     return words;
+  },
+
+  async "Listen waits with a word and a bar, and nothing begins by itself"() {
+    const page = await browser.newPage();
+    let go;
+    const held = new Promise((resolve) => (go = resolve));
+    await page.route("**/scenes/*.promenade", async (route) => {
+      await held;
+      await route.continue();
+    });
+    await page.goto(server.address);
+    const listen = page.locator("#listen");
+    await page.waitForFunction(() => globalThis.document.getElementById("loading")?.value > 0);
+    check((await listen.isDisabled()) && (await listen.innerText()).startsWith("Loading"), await listen.innerText());
+    const bar = await page.locator("#loading").evaluate((e) => e.value);
+    check(bar > 0 && bar < 1, `the bar shows ${bar}`);
+    go();
+    await page.waitForSelector("#listen:enabled", { timeout: 30_000 });
+    check((await listen.innerText()) === "Listen" && !(await page.locator("#loading").isVisible()), "it is ready");
+    await page.waitForTimeout(500);
+    check((await page.evaluate(() => document.documentElement.dataset.sound)) === "waiting", "nothing begins by itself");
+    await page.close();
+    return `the bar was at ${bar.toFixed(2)}`;
+  },
+
+  async "a closed engine costs nothing"() {
+    // The audio thread counts the blocks that it runs.
+    const counting = join(folder, "counting");
+    cpSync(site, counting, { recursive: true });
+    const file = join(counting, "engine/processor.js");
+    const counted = readFileSync(file, "utf8")
+      .replace("process([input], [output]) {", (head) => `${head} globalThis.blocks = (globalThis.blocks ?? 0) + 1;`)
+      .replace('kind: "report",', (kind) => `${kind} blocks: globalThis.blocks,`);
+    writeFileSync(file, counted);
+    const own = await serve(counting);
+    const page = await open(browser, own.address);
+    await page.click("#listen");
+    await until(page, "sound", () => document.documentElement.dataset.sound === "running");
+    const blocks = async () => {
+      const [one, other] = [await heard(page), await page.waitForTimeout(1000).then(() => heard(page))];
+      return (128 * (other.blocks - one.blocks)) / (other.frame - one.frame);
+    };
+    const places = (count) =>
+      page.evaluate(
+        async ([count, files]) => {
+          const { Engine } = await import("./engine/engine.js");
+          const { context } = promenade.output;
+          for (let i = 0; i < count; i++) {
+            const engine = await Engine.create(context);
+            engine.output.connect(context.destination);
+            await engine.load(await promenade.site.bytes(files[i % files.length]));
+            engine.close();
+          }
+        },
+        [count, contents.scenes.map(({ file }) => file)],
+      );
+    const system = await browser.newBrowserCDPSession();
+    const megabytes = async () => {
+      const { processInfo } = await system.send("SystemInfo.getProcessInfo");
+      const pages = ({ id }) => Number(readFileSync(`/proc/${id}/statm`, "utf8").split(" ")[1]);
+      const renderers = processInfo.filter(({ type }) => type === "renderer");
+      return renderers.reduce((sum, renderer) => sum + (4096 * pages(renderer)) / 1e6, 0);
+    };
+    const before = await blocks();
+    await places(10);
+    const early = await megabytes();
+    await places(30);
+    await page.waitForTimeout(500);
+    const after = await blocks();
+    const grown = (await megabytes()) - early;
+    check(before > 0.9 && after < 1.1, `${after.toFixed(2)} engines run, before ${before.toFixed(2)}`);
+    check(grown < 90, `${grown.toFixed(0)} MB more after 30 engines`);
+    await page.close();
+    own.stop();
+    return `${after.toFixed(2)} engines run, ${grown.toFixed(0)} MB more after 30 engines`;
+  },
+
+  async "a path, the heading and added sounds belong to their place"() {
+    const page = await listening();
+    const names = contents.scenes.map(({ name }) => name);
+    const heading = () => page.locator("#title").innerText();
+    check((await heading()) === `Test: ${names[0]}`, await heading());
+    check(await page.locator("#path-row").isVisible(), "the first place has a path");
+    await page.click("#add-sound");
+    await until(page, "a second sound", () => promenade.voices.voices[1]?.loaded && promenade.stage.sounds[1]);
+    check((await page.evaluate(() => promenade.voices.voices[1].scene)) === null, "it is in this place");
+    // Dragged over the plan by a hundred pixels.
+    const at = () => page.evaluate(() => promenade.stage.sounds[1].position);
+    const before = await at();
+    const [x, y] = await page.evaluate(async () => {
+      const { project } = await import("./turns.js");
+      const { stage, listener } = promenade;
+      const box = stage.canvas.getBoundingClientRect();
+      const [u, v] = project(stage.camera(listener.pose), stage.sounds[1].position);
+      return [box.left + ((u + 1) / 2) * box.width, box.top + ((1 - v) / 2) * box.height];
+    });
+    await page.mouse.move(x, y);
+    await page.mouse.down();
+    for (let i = 1; i <= 10; i++) await page.mouse.move(x + 10 * i, y);
+    await page.mouse.up();
+    const after = await at();
+    check(after[0] - before[0] > 0.3 && Math.abs(before[1] - after[1]) < 0.05, `${before} to ${after}`);
+    const offset = await page.evaluate(() => promenade.voices.voices[1].engine.values.get("offsetX"));
+    const first = await page.evaluate(() => promenade.stage.sounds[0].position);
+    check(Math.abs(offset - (after[0] - first[0])) < 1e-6, `${offset}`);
+    // The focus is on a button: arrow keys walk all the same.
+    await page.locator("#where").focus();
+    const walked = (await heard(page)).heard;
+    await page.keyboard.down("ArrowUp");
+    await heardTo(page, "a step ahead", (report) => report.heard[0] - walked[0] > 0.1);
+    await page.keyboard.up("ArrowUp");
+    await page.selectOption("#scene", "1");
+    await until(page, "another place", () => promenade.voices.voices[0].loaded.number === 1);
+    await until(page, "its heading", (name) => document.title === name, `Test: ${names[1]}`);
+    for (const row of ["#path-row", "#along-row"])
+      check(!(await page.locator(row).isVisible()), "the path of another place is not offered");
+    check((await page.locator("#about").textContent()).includes("A. Reader"), "the dry sound has no credit");
+    await page.close();
   },
 
   async "the page plays, offline and by itself"() {

@@ -47,8 +47,8 @@ const study = {
     { method: "rating", anchor: true, ...quick, items: [rooms] },
   ],
 };
-/** Rows of a person: two pairs, two ABX, two times four ratings. */
-const ROWS = 2 + 2 + 8;
+/** Rows of a person: two pairs, two ABX, two times five ratings. */
+const ROWS = 2 + 2 + 10;
 
 /** Writes a study and starts its server; gives its address, its file of answers, and what ends it. */
 async function serve(made) {
@@ -122,9 +122,17 @@ async function pair(page, name, answer) {
   if (await begin.count()) await click(page, "Begin");
   await page.waitForSelector("text=Keys:", { timeout: 30_000 });
   if (await page.locator("canvas").count()) await hearAll(page);
-  await page.waitForSelector("button.go:enabled");
   await photograph(page, name);
+  await choose(page, answer);
+}
+
+/** Chooses an answer by its key, and goes on. */
+async function choose(page, answer) {
+  await page.waitForSelector("button.answer:enabled");
   await page.keyboard.press(answer);
+  await page.waitForSelector("button.answer[aria-pressed=true]");
+  await page.evaluate(() => document.activeElement.blur());
+  await page.keyboard.press("Enter");
 }
 
 async function rate(page, name) {
@@ -146,20 +154,20 @@ async function answer(page) {
   await titled("Pairs");
   await click(page, "Go on");
   await titled("Which of A and B");
-  await pair(page, "paired", "a");
+  await pair(page, "paired", "j");
   for (const place of [4, 5]) {
     await page.waitForSelector(`text=${place - 2} of 6`);
     await titled("Is X");
     await hearAll(page);
-    await page.waitForSelector("button.go:enabled");
+    await page.waitForSelector("button.answer:enabled");
     if (place === 4) await photograph(page, "abx");
-    await page.keyboard.press("b");
+    await choose(page, "k");
   }
   await titled("How close");
   await rate(page, "rating");
   await page.waitForSelector("text=5 of 6");
   await titled("Which of A and B");
-  await pair(page, "live-paired", "b");
+  await pair(page, "live-paired", "k");
   await page.waitForSelector("text=6 of 6");
   await titled("How close");
   await rate(page, "live-rating");
@@ -187,11 +195,12 @@ const tests = {
     const report = join(folder, "report.json");
     run(program, "study", "report", server.answers, "--keep-all", "--json", report);
     const said = JSON.parse(readFileSync(report));
-    const votes = said.paired.items.map(({ item, scores }) => [item, scores.reduce((a, b) => a + b)]);
-    check(JSON.stringify(votes) === '[["tones",1],["rooms",1]]', JSON.stringify(votes));
-    check(said.abx[0].trials === 2 && said.ratings.length === 3, JSON.stringify(said));
-    const rated = said.ratings[0].conditions.map((c) => c.condition).sort();
-    check(rated.join() === "Anchor,Reference,far,near", rated.join());
+    const of = ({ paired, abx, ratings }) =>
+      `${paired?.items.map(({ item, scores }) => [item, scores.reduce((a, b) => a + b)])} ${abx[0]?.trials} ${ratings.length}`;
+    const parts = said.parts.map(of).join();
+    check(parts === "tones,1 undefined 0,undefined 2 0,undefined undefined 1,rooms,1 undefined 0,undefined undefined 1", parts);
+    const rated = said.parts[2].ratings[0].conditions.map((c) => c.condition).sort();
+    check(rated.join() === "Low anchor,Mid anchor,Reference,far,near", rated.join());
     check(page.foreign.length + page.errors.length === 0, [...page.foreign, ...page.errors].join());
     await page.close();
     return `${rows.length} rows`;
@@ -204,7 +213,10 @@ const tests = {
     await page.waitForSelector("text=You found the softest tone 0 times of 6");
     await click(page, "Go on without");
     await page.waitForSelector("h2:text('Pairs')");
-    const kept = await page.evaluate(() => JSON.parse(localStorage.getItem("promenade-study/both/p2")).headphones);
+    const kept = await page.evaluate(() => {
+      const place = Object.keys(localStorage).find((key) => key.startsWith("promenade-study/both/") && key.endsWith("/p2"));
+      return JSON.parse(localStorage.getItem(place)).headphones;
+    });
     check(kept === "failed", kept);
     await page.close();
   },
@@ -290,18 +302,18 @@ const tests = {
     const page = await open(browser, own.address);
     await begin(page);
     await hearAll(page);
-    await page.waitForSelector("button.go:enabled");
-    await page.keyboard.press("a");
+    await choose(page, "j");
     await page.waitForSelector("text=2 of 2");
+    await page.waitForTimeout(300);
+    check(lines(own.answers).length === 1, "the first answer is sent at once");
     await page.reload();
     await click(page, "Go on");
     await page.waitForSelector("text=2 of 2");
     await hearAll(page);
-    await page.waitForSelector("button.go:enabled");
     await page.route("**/answers", (route) => route.abort());
-    await page.keyboard.press("a");
+    await choose(page, "j");
     await page.waitForSelector("text=could not be sent");
-    check(lines(own.answers).length === 0, "nothing has been sent");
+    check(lines(own.answers).length === 1, "the second has not been sent");
     const [download] = await Promise.all([page.waitForEvent("download"), click(page, "Save my answers")]);
     const saved = readFileSync(await download.path(), "utf8");
     check(saved.trim().split("\n").length === 3, saved);
@@ -311,6 +323,127 @@ const tests = {
     check(saved.includes(lines(own.answers).join("\n")), "what is saved is what is sent");
     await page.close();
     own.stop();
+  },
+
+  async "walking works wherever the focus is, and answers can be changed until the next trial"() {
+    const made = { ...study, study: "focus", headphones: false, parts: [study.parts[3]] };
+    const own = await serve(made);
+    const page = await open(browser, own.address);
+    await begin(page);
+    await hearAll(page);
+    await page.waitForSelector("button.answer:enabled");
+    // A click leaves the focus on a sound.
+    await page.locator(".sounds button").nth(1).click();
+    const where = () => page.locator("canvas").getAttribute("data-place");
+    for (const key of ["w", "ArrowDown", "a"]) {
+      const before = await where();
+      await page.keyboard.down(key);
+      await page.waitForTimeout(400);
+      await page.keyboard.up(key);
+      check(before !== (await where()), `${key} does not walk`);
+    }
+    check((await heading(page)).startsWith("Which"), "a walk is no answer");
+    await page.keyboard.press("j");
+    await page.keyboard.press("k");
+    const pressed = await page.locator("button.answer[aria-pressed=true]").allInnerTexts();
+    check(pressed.join() === "My answer: B", pressed.join());
+    await click(page, "Next");
+    await page.waitForSelector("text=have been sent");
+    const [, , , , , part, , , , b, , answer] = lines(own.answers)[0].split(",");
+    check(part === "1" && answer === b, `part ${part}, ${answer} of ${b}`);
+    await page.close();
+    own.stop();
+  },
+
+  async "nothing of a live ABX tells A from B"() {
+    const item = { name: "rooms", dry: rooms.dry, conditions: rooms.conditions };
+    const parts = [{ method: "abx", repeats: 1, ...quick, items: [item] }];
+    const made = { ...study, study: "blind", headphones: false, parts };
+    const own = await serve(made);
+    const seen = new Map();
+    for (let i = 0; seen.size < 2; i++) {
+      const page = await open(browser, `${own.address}?person=p${i}`);
+      const first = await page.evaluate(async (person) => {
+        const { trials } = await import("./order.js");
+        return trials(await (await fetch("study.json")).json(), person)[0].sounds[0].name;
+      }, `p${i}`);
+      if (!seen.has(first)) {
+        await begin(page);
+        await page.waitForSelector(".sounds button", { timeout: 30_000 });
+        await page.waitForTimeout(300);
+        const shown = await page.evaluate(() => ({
+          place: document.querySelector("canvas").dataset.place,
+          picture: document.querySelector("canvas").toDataURL(),
+          text: document.body.innerHTML,
+        }));
+        seen.set(first, shown);
+      }
+      await page.close();
+    }
+    own.stop();
+    const [one, other] = [...seen.values()];
+    for (const what of ["place", "picture", "text"]) check(one[what] === other[what], `the ${what} tells A`);
+    return `from ${one.place} in both`;
+  },
+
+  async "sides are balanced over repeats, and repeats are apart"() {
+    const page = await open(browser, server.address);
+    const [sides, neighbours, count] = await page.evaluate(async () => {
+      const { trials } = await import("./order.js");
+      const conditions = ["x", "y", "z"].map((name) => ({ name, file: name }));
+      const parts = [{ method: "paired", repeats: 4, items: [{ name: "i", conditions }] }];
+      const [sides, all] = [{}, []];
+      let neighbours = 0;
+      for (let person = 0; person < 50; person++) {
+        const names = trials({ study: "s", seed: 1, parts }, `p${person}`).map(({ sounds }) => sounds.map((s) => s.name));
+        for (const [a, b] of names) sides[[a, b].sort()] = (sides[[a, b].sort()] ?? 0) + (a < b ? 1 : -1);
+        const pairs = names.map((pair) => [...pair].sort().join());
+        neighbours += pairs.filter((pair, i) => pair === pairs[i - 1]).length;
+        all.push(...pairs);
+      }
+      return [sides, neighbours, all.length];
+    });
+    await page.close();
+    check(count === 600 && neighbours === 0, `${neighbours} neighbours of ${count}`);
+    check(Object.values(sides).every((side) => side === 0), JSON.stringify(sides));
+  },
+
+  async "a study without a reference asks of none, and a changed one begins anew"() {
+    const bare = { name: "tones", conditions: files.conditions };
+    const part = { method: "paired", ...quick, no_preference: true, repeats: 2, items: [bare] };
+    const practice = { ...part, training: true, repeats: 1 };
+    const questions = [{ name: "age", text: "How old are you?", choices: ["under 30", "30 or more"] }];
+    const made = { ...study, study: "bare", headphones: false, parts: [practice, part], questions, code: "PQ7" };
+    const own = await serve(made);
+    const page = await open(browser, `${own.address}?person=p`);
+    await begin(page);
+    await page.waitForSelector('h2:text("Which of A and B is better?")');
+    for (const key of ["j", "l", "k"]) {
+      await hearAll(page);
+      await choose(page, key);
+    }
+    await page.getByLabel("How old").selectOption("30 or more");
+    await click(page, "Next");
+    await page.waitForSelector("text=have been sent");
+    await page.waitForSelector("text=Your code: PQ7");
+    const rows = lines(own.answers).map((row) => row.split(","));
+    check(rows.map((row) => row[6]).join() === "paired,paired,question", "practice is not kept, questions are");
+    check(rows[0][11] === "" && rows[1][11] === rows[1][9] && rows[2][11] === "30 or more", rows.join("\n"));
+    own.stop();
+    const again = await serve({ ...made, title: "Another" });
+    const second = await open(browser, `${again.address}?person=p`);
+    await begin(second);
+    await second.waitForSelector("text=1 of 3");
+    // Who is still in the old one is told so, and keeps the answers.
+    const refused = await second.evaluate(async (row) => {
+      const headers = { "content-type": "application/json" };
+      const answer = await fetch("answers", { method: "POST", headers, body: JSON.stringify({ rows: [row] }) });
+      return `${answer.status} ${await answer.text()}`;
+    }, rows[1]);
+    check(/^422 .*answers to its version v/.test(refused), refused);
+    await page.close();
+    await second.close();
+    again.stop();
   },
 
   async "sounds that are missing are said, and can be tried again"() {

@@ -16,6 +16,9 @@ use site::Site;
 pub(crate) fn run(args: &WebArgs) -> Result<()> {
     let (scenes, given) = (args.scenes.len(), args.splats.len());
     ensure!(given <= scenes, "--splats: expected at most one file a scene, {scenes}, found {given}");
+    let (sounds, credits, paths) = (args.dry.len(), args.credit.len(), args.path.len());
+    ensure!(credits <= sounds, "--credit: expected at most one text a dry sound, {sounds}, found {credits}");
+    ensure!(scenes == 1 || paths <= scenes, "--path: expected at most one file a scene, {scenes}, found {paths}");
     let options = args.placement.options();
     ensure!(
         given > 0 || options == PlacementOptions::default(),
@@ -28,8 +31,12 @@ pub(crate) fn run(args: &WebArgs) -> Result<()> {
         let splats = args.splats.get(number).map(|file| site.add_splats(file, &placement)).transpose()?;
         site.add_scene(file, splats)?;
     }
-    args.dry.iter().try_for_each(|file| site.add_sound(file))?;
-    args.path.iter().try_for_each(|file| site.add_path(file))?;
+    for (number, file) in args.dry.iter().enumerate() {
+        site.add_sound(file, args.credit.get(number).map(String::as_str))?;
+    }
+    for (number, file) in args.path.iter().enumerate() {
+        site.add_path(file, if scenes == 1 { 0 } else { number })?;
+    }
     args.head.iter().try_for_each(|file| site.add_head(file))?;
     args.headphones.iter().try_for_each(|file| site.add_headphones(file))?;
     let site = site.finish(args.title.as_deref());

@@ -1,6 +1,7 @@
 //! `promenade web`, from outside.
 
 use crate::common::{fails, succeeds};
+use serde_json::json;
 use std::io::{BufRead, BufReader, Read, Write};
 use std::net::TcpStream;
 use std::path::Path;
@@ -26,7 +27,23 @@ fn a_site_holds_what_it_was_given_and_names_no_other_host() {
     let text = folder.path().join("ParametricEQ.txt");
     std::fs::write(&text, "Preamp: -3 dB\nFilter 1: ON PK Fc 1000 Hz Gain 2 dB Q 1.41\n").unwrap();
     let (engine, text) = (engine(folder.path()), text.to_string_lossy().into_owned());
-    let given = [SCENE, ROOM, ROOM, "--dry", SPEECH, "--path", WALK, "--headphones", &text, "--engine", &engine, "-o", &out];
+    let given = [
+        SCENE,
+        ROOM,
+        ROOM,
+        "--dry",
+        SPEECH,
+        "--credit",
+        "A. Reader",
+        "--path",
+        WALK,
+        "--headphones",
+        &text,
+        "--engine",
+        &engine,
+        "-o",
+        &out,
+    ];
     succeeds(&[&["web"], &given[..]].concat());
     let contents: serde_json::Value = serde_json::from_slice(&std::fs::read(site.join("site.json")).unwrap()).unwrap();
     let file = |list: &str, number: usize| std::fs::read(site.join(contents[list][number]["file"].as_str().unwrap())).unwrap();
@@ -40,6 +57,9 @@ fn a_site_holds_what_it_was_given_and_names_no_other_host() {
     let rows: Vec<[f64; 8]> = serde_json::from_slice(&file("paths", 0)).unwrap();
     assert!(rows.len() > 20 && rows[2][0] == 3.5 && (rows[2][6] - 0.5).abs() < 1e-6, "{:?}", rows[2]);
     assert!(file("headphones", 0).starts_with(b"{"));
+    assert_eq!((&contents["sounds"][0]["credit"], &contents["paths"][0]["scene"]), (&json!("A. Reader"), &json!(0)));
+    let packed = site.join(format!("{}.gz", contents["scenes"][0]["file"].as_str().unwrap()));
+    assert!(std::fs::read(packed).unwrap().starts_with(&[0x1f, 0x8b]));
     assert_eq!(contents["title"], contents["scenes"][0]["name"]);
     for (name, page) in promenade_web::files() {
         assert_eq!(std::fs::read(site.join(name)).unwrap(), page.as_bytes(), "{name}");
@@ -59,6 +79,9 @@ fn what_makes_no_page_is_said() {
     assert!(web(&[SCENE, "--engine", &at("no.promenade")]).contains("expected the engine as a WebAssembly module"));
     assert!(web(&[SCENE, "--engine", &at("none.wasm")]).contains("none.wasm: cannot be read"));
     assert!(web(&[SCENE, "--engine", &engine, "--dry", &at("none.wav")]).contains("none.wav"));
+    assert!(web(&[SCENE, "--engine", &engine, "--credit", "A"]).contains("at most one text a dry sound, 0, found 1"));
+    let walks = ["--path", WALK, WALK, WALK];
+    assert!(web(&[&[SCENE, ROOM, "--engine", &engine], &walks[..]].concat()).contains("at most one file a scene, 2, found 3"));
     let head = "ply\nformat binary_little_endian 1.0\nelement vertex 9\nproperty float x\nend_header\n";
     std::fs::write(at("cut.ply"), head).unwrap();
     std::fs::write(at("odd.splat"), [0_u8; 33]).unwrap();
@@ -96,6 +119,7 @@ fn a_served_page_is_for_this_machine_alone() {
         stream.read_to_end(&mut answer).unwrap();
         String::from_utf8_lossy(&answer).into_owned()
     };
+    assert!(ask("GET", "/main.js", "localhost\r\nAccept-Encoding: gzip").contains("\r\nContent-Encoding: gzip\r\n"));
     let page = ask("GET", "/?x=1", "localhost:8000");
     assert!(page.starts_with("HTTP/1.1 200") && page.contains("text/html") && page.contains("<title>Promenade</title>"));
     let engine = ask("GET", "/engine/promenade.wasm", "127.0.0.1");

@@ -3,9 +3,11 @@
 /** Columns, as the report reads them. */
 export const HEADER = [
   "study",
+  "version",
   "person",
   "time",
   "trial",
+  "part",
   "method",
   "item",
   "a",
@@ -19,10 +21,11 @@ export const HEADER = [
 ];
 
 export class Answers {
-  constructor(study, person) {
-    this.place = `promenade-study/${study}/${person ?? ""}`;
-    this.study = study;
-    this.kept = this.read() ?? { person: null, rows: [], done: 0, headphones: "", consent: false };
+  /** Of a study and a person; a study that was changed is another version, and begins anew. */
+  constructor({ study, version, post }, person) {
+    this.place = `promenade-study/${study}/${version}/${person ?? ""}`;
+    Object.assign(this, { study, version, url: post, sending: Promise.resolve() });
+    this.kept = this.read() ?? { person: null, rows: [], sent: 0, done: 0, headphones: "", consent: false };
   }
 
   read() {
@@ -54,11 +57,14 @@ export class Answers {
   add(trial, rows) {
     const { person, headphones } = this.kept;
     for (const row of rows) {
-      const whole = { study: this.study, person, time: new Date().toISOString(), trial, headphones, ...row };
+      const { study, version } = this;
+      const whole = { study, version, person, time: new Date().toISOString(), trial, headphones, ...row };
       this.kept.rows.push(HEADER.map((column) => String(whole[column] ?? "")));
     }
     this.kept.done = trial;
     this.save();
+    // What cannot be sent now is sent with the next, or at the end.
+    this.post().catch((error) => console.warn(`answers are kept: ${error.message}`));
   }
 
   get csv() {
@@ -66,19 +72,29 @@ export class Answers {
     return [HEADER, ...this.kept.rows].map((row) => row.map(cell).join(",")).join("\n") + "\n";
   }
 
-  /** Sends all answers; those that come twice count once. Throws in words. */
-  async post(url) {
+  /** Sends what has not been sent, one post after the other; answers that come twice count once. Throws in words. */
+  post() {
+    this.sending = this.sending.catch(() => {}).then(() => this.send());
+    return this.sending;
+  }
+
+  async send() {
+    const { rows, sent } = this.kept;
+    const all = rows.length;
+    if (!this.url || sent === all) return;
     let answer;
     try {
-      answer = await fetch(url, {
+      answer = await fetch(this.url, {
         method: "POST",
         headers: { "content-type": "application/json" },
-        body: JSON.stringify({ rows: this.kept.rows }),
+        body: JSON.stringify({ rows: rows.slice(sent) }),
       });
     } catch {
       throw new Error("the server does not answer");
     }
     if (!answer.ok) throw new Error(`the server answers ${answer.status}: ${(await answer.text()).slice(0, 200)}`);
+    this.kept.sent = all;
+    this.save();
   }
 
   download() {

@@ -158,21 +158,21 @@ export class LiveDeck extends Deck {
     });
     deck.gain = new GainNode(context, { gain: 0 });
     deck.straight = new GainNode(context, { gain: 1 });
-    deck.anchor = new GainNode(context, { gain: 0 });
-    const cut = sounds.find((sound) => sound.cut)?.cut;
+    const cuts = sounds.flatMap((sound) => sound.cut ?? []);
     deck.engine.output.connect(deck.gain);
     // The low-pass is late by its half, and so is what goes beside it.
-    const late = new DelayNode(context, { delayTime: cut ? TAPS / context.sampleRate : 0 });
+    const late = new DelayNode(context, { delayTime: cuts.length > 0 ? TAPS / context.sampleRate : 0 });
     deck.gain.connect(late).connect(deck.straight).connect(context.destination);
-    if (cut) {
+    deck.anchors = cuts.map((cut) => {
       const filter = new ConvolverNode(context, { buffer: lowPass(context, cut), disableNormalization: true });
-      deck.gain.connect(filter).connect(deck.anchor).connect(context.destination);
-    }
+      const gain = new GainNode(context, { gain: 0 });
+      deck.gain.connect(filter).connect(gain).connect(context.destination);
+      return { cut, gain };
+    });
     // Only what leads to the ears is run, and takes its scenes. One is loaded once, whatever names it goes by.
     deck.files = [...new Set(sounds.map((sound) => sound.file))];
     for (const file of deck.files) {
-      const scene = await deck.engine.load(await bytes(file), { slot: file, hear: file === deck.files[0] });
-      deck.scene ??= scene;
+      await deck.engine.load(await bytes(file), { slot: file, hear: file === deck.files[0] });
     }
     deck.source = new AudioBufferSourceNode(context, { buffer: await decoded(context, dry), loop: true });
     deck.source.connect(deck.engine.input);
@@ -195,7 +195,7 @@ export class LiveDeck extends Deck {
     this.engine.select(file, this.files);
     this.gain.gain.setTargetAtTime(gain, now, FADE_S / 2);
     this.straight.gain.setTargetAtTime(cut ? 0 : 1, now, FADE_S / 2);
-    this.anchor.gain.setTargetAtTime(cut ? 1 : 0, now, FADE_S / 2);
+    for (const anchor of this.anchors) anchor.gain.gain.setTargetAtTime(anchor.cut === cut ? 1 : 0, now, FADE_S / 2);
   }
 
   pose(position, quaternion) {

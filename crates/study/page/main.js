@@ -127,16 +127,36 @@ async function attempt(trial) {
   }
 }
 
+/** Questions beside the sounds, each with choices or a text; gives their rows. */
+function questions(asked) {
+  return new Promise((resolve) => {
+    progress("");
+    const fields = asked.map(({ text, choices }) => {
+      const options = choices && ["", ...choices].map((choice) => element("option", { value: choice }, choice));
+      const field = choices ? element("select", {}, ...options) : element("textarea", { maxlength: "1000", rows: "3" });
+      return { field, line: element("label", { className: "question" }, element("span", {}, text), field) };
+    });
+    // Tables on a screen take cells that begin so for formulas.
+    const plain = (text) => text.replace(/\s+/g, " ").replace(/^[\s=+\-@]+/, "");
+    const rows = () =>
+      asked.map(({ name }, i) => ({ method: "question", item: name, answer: plain(fields[i].field.value) }));
+    const go = button("Next", () => resolve(rows().filter((row) => row.answer !== "")), { className: "go" });
+    show("Some questions", ...fields.map(({ line }) => line), element("div", { className: "row" }, go));
+  });
+}
+
 async function thank(study, answers) {
   progress("");
   const state = element("p", { role: "status" });
   const again = button("Send again", () => send(), { hidden: true });
+  const code = study.code && element("p", { hidden: Boolean(study.post) }, "Your code: ", element("strong", {}, study.code));
   const send = async () => {
     again.hidden = true;
     state.textContent = "Sending your answers …";
     try {
-      await answers.post(study.post);
+      await answers.post();
       state.textContent = "Your answers have been sent. You can close this page.";
+      if (code) code.hidden = false;
     } catch (error) {
       state.textContent =
         `Your answers could not be sent: ${error.message}. They are kept in this browser; ` +
@@ -148,6 +168,7 @@ async function thank(study, answers) {
     "Thank you",
     ...paragraphs(study.thanks ?? "You have answered everything."),
     study.post ? state : null,
+    code,
     element(
       "div",
       { className: "row" },
@@ -179,7 +200,7 @@ async function begin() {
     .get("person")
     ?.replace(/[^A-Za-z0-9_-]/g, "")
     .slice(0, 64);
-  const answers = new Answers(study.study, named);
+  const answers = new Answers(study, named);
   answers.kept.person ??= named || personName();
   await consent(study, answers);
   if (study.headphones) await screen(answers, chance(`${study.seed}/headphones/${answers.kept.person}`));
@@ -193,6 +214,7 @@ async function begin() {
     part = trial.number;
     answers.add(number + 1, await attempt(trial));
   }
+  if (study.questions && answers.kept.done === all.length) answers.add(all.length + 1, await questions(study.questions));
   await thank(study, answers);
 }
 

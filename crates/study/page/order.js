@@ -2,46 +2,81 @@
 
 import { chance, shuffled } from "./random.js";
 
+/** Hidden anchors of a rating and their low-pass, hertz (ITU-R BS.1534-3). */
+const ANCHORS = { "Low anchor": 3500, "Mid anchor": 7000 };
+
 /** All trials: parts in the study's order, their trials by chance. What is A and what is B is chance too. */
 export function trials(study, person) {
   const random = chance(`${study.seed}/${study.study}/${person}`);
-  const all = [];
-  study.parts.forEach((part, number) => {
-    const made = [];
-    for (const item of part.items) made.push(...KINDS[part.method](part, item, random));
-    all.push(...shuffled(made, random).map((trial) => ({ ...trial, part, number, method: part.method })));
+  return study.parts.flatMap((part, number) => {
+    const kinds = part.items.flatMap((item) => KINDS[part.method](part, item, random));
+    const repeats = part.repeats ?? (part.method === "abx" ? 8 : 1);
+    return rounds(kinds, repeats, random).map((trial) => ({ ...trial, part, number, method: part.method }));
   });
-  return all;
+}
+
+/** Each kind of trial once a round, so that repeats are apart: none follows itself where there is another. */
+function rounds(kinds, repeats, random) {
+  const all = [];
+  for (let round = 0; round < repeats; round++) {
+    let order = shuffled(kinds, random);
+    while (order.length > 1 && order[0] === all.at(-1)?.kind) order = shuffled(kinds, random);
+    all.push(...order.map((kind) => ({ kind, ...kind(round) })));
+  }
+  return all.map(({ kind, ...trial }) => trial);
+}
+
+/** Two sounds that take sides by chance and then in turn: over an even number of repeats each is A as often as B. */
+function sides(pair, random) {
+  let order = null;
+  return (round) => {
+    order = round % 2 === 0 ? shuffled(pair, random) : [...order].reverse();
+    return order;
+  };
 }
 
 const KINDS = {
   paired(part, item, random) {
-    const pairs = [];
-    item.conditions.forEach((one, i) => {
-      for (const other of item.conditions.slice(i + 1)) pairs.push(shuffled([one, other], random));
+    const { conditions } = item;
+    const all = conditions.flatMap((one, i) => conditions.slice(i + 1).map((other) => [one, other]));
+    const chosen = part.pairs?.map((names) => names.map((name) => conditions.find((sound) => sound.name === name)));
+    return (chosen ?? all).map((pair) => {
+      const of = sides(pair, random);
+      return (round) => {
+        const [a, b] = of(round);
+        const open = named("Reference", item.reference, "reference");
+        return { item, sounds: [open, named("A", a), named("B", b)].filter(Boolean) };
+      };
     });
-    const repeated = Array.from({ length: part.repeats ?? 1 }, () => pairs).flat();
-    return repeated.map(([a, b]) => ({
-      item,
-      sounds: [named("Reference", item.reference, "reference"), named("A", a), named("B", b)].filter(Boolean),
-    }));
   },
   abx(part, item, random) {
-    return Array.from({ length: part.repeats ?? 8 }, () => {
-      const [a, b] = shuffled(item.conditions, random);
-      const x = random() < 0.5 ? a : b;
-      return { item, sounds: [named("A", a), named("B", b), named("X", x, "x")] };
-    });
+    const of = sides(item.conditions, random);
+    return [
+      (round) => {
+        const [a, b] = of(round);
+        // X is a coin's, whatever came before: else it could be told without listening.
+        const x = random() < 0.5 ? a : b;
+        return { item, sounds: [named("A", a), named("B", b), named("X", x, "x")] };
+      },
+    ];
   },
   rating(part, item, random) {
-    const hidden = item.reference
-      ? [{ ...item.reference, name: item.reference.name ?? "Reference", role: "reference" }]
-      : [];
-    const anchors =
-      part.anchor && item.reference ? [{ ...item.reference, name: "Anchor", role: "anchor", cut: 3500 }] : [];
-    const rated = shuffled([...item.conditions, ...hidden, ...anchors], random);
-    const letters = rated.map((sound, i) => named(String.fromCharCode(65 + i), sound, sound.role ?? "rated"));
-    return [{ item, sounds: [named("Reference", item.reference, "open"), ...letters].filter(Boolean) }];
+    const { reference } = item;
+    const hidden = reference ? [{ ...reference, role: "reference" }] : [];
+    const anchors = part.anchor && reference ? Object.entries(ANCHORS) : [];
+    const all = [
+      ...item.conditions,
+      ...hidden,
+      ...anchors.map(([name, cut]) => ({ ...reference, name, role: "anchor", cut })),
+    ];
+    return [
+      () => {
+        const letters = shuffled(all, random).map((sound, i) =>
+          named(String.fromCharCode(65 + i), sound, sound.role ?? "rated"),
+        );
+        return { item, sounds: [named("Reference", reference, "open"), ...letters].filter(Boolean) };
+      },
+    ];
   },
 };
 

@@ -37,12 +37,14 @@ export function progress(text) {
   document.getElementById("progress").textContent = text;
 }
 
-/** Digits and letters as shortcuts, as long as the page is shown. */
+/** Shortcuts by digit, letter or Enter, by the place of the key, as long as the page is shown. */
 export function shortcuts(keys) {
   const listen = (event) => {
     if (event.ctrlKey || event.metaKey || event.altKey || event.repeat) return;
-    if (event.target.matches?.("input[type=range], canvas")) return;
-    const press = keys[event.key.toLowerCase()];
+    // A button that has the focus is pressed by Enter itself, and texts are written.
+    if (event.target.matches?.("input[type=text], textarea, select")) return;
+    if (event.key === "Enter" && event.target.matches?.("button, summary, a")) return;
+    const press = keys[event.code.replace(/^(Key|Digit|Numpad)/, "").toLowerCase()];
     if (!press || press.disabled || press.hidden) return;
     event.preventDefault();
     press.click();

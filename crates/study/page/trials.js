@@ -5,17 +5,20 @@ import { button, element, say, shortcuts, show } from "./parts.js";
 import { Walker } from "./walker.js";
 
 const WORDS = ["bad", "poor", "fair", "good", "excellent"];
+/** Questions with a reference, and without one. */
 const QUESTIONS = {
-  paired: "Which of A and B is closer to the reference?",
-  abx: "Is X the same as A or as B?",
-  rating: "How close is each sound to the reference?",
+  paired: ["Which of A and B is closer to the reference?", "Which of A and B is better?"],
+  abx: ["Is X the same as A or as B?", "Is X the same as A or as B?"],
+  rating: ["How close is each sound to the reference?", "How good is each sound?"],
 };
+/** Keys of answers, beside those that walk (W A S D Q E) and those that play (digits). */
+const ANSWER_KEYS = ["j", "k", "l"];
 /** Seconds for which a name is shown before its sound. */
 const CUE_S = 1.2;
 
 /** Runs a trial to its answer. */
 export async function run(context, trial) {
-  const question = trial.part.question ?? QUESTIONS[trial.method];
+  const question = trial.part.question ?? QUESTIONS[trial.method][trial.item.reference ? 0 : 1];
   show(question, element("p", { className: "soft", role: "status" }, "Loading the sounds …"));
   const { item, sounds } = trial;
   const deck = item.dry ? await LiveDeck.open(context, sounds, item.dry) : await FileDeck.open(context, sounds);
@@ -24,7 +27,8 @@ export async function run(context, trial) {
   try {
     const rows = await VIEWS[trial.method](stage);
     const seconds = (context.currentTime - begun).toFixed(1);
-    return rows.map((row) => ({ method: trial.method, item: item.name, seconds, ...row }));
+    const part = trial.number + 1;
+    return trial.part.training ? [] : rows.map((row) => ({ part, method: trial.method, item: item.name, seconds, ...row }));
   } finally {
     stage.close();
   }
@@ -45,8 +49,8 @@ class Stage {
     deck.addEventListener("trouble", ({ detail }) =>
       Object.assign(this.trouble, { textContent: detail, hidden: false }),
     );
-    if (deck.scene) {
-      this.walker = new Walker(deck.scene.description, (position, quaternion) => deck.pose(position, quaternion));
+    if (trial.item.dry) {
+      this.walker = new Walker(trial.item.place, (position, quaternion) => deck.pose(position, quaternion));
       deck.jump(this.walker.position, this.walker.quaternion);
     }
     this.timer = setInterval(() => this.mark(), 100);
@@ -90,7 +94,7 @@ class Stage {
   }
 
   get options() {
-    if (this.deck.scene) return null;
+    if (this.walker) return null;
     const check = (input, text) => element("label", { className: "check" }, input, text);
     return element(
       "div",
@@ -117,15 +121,26 @@ class Stage {
   }
 }
 
-/** Waits for one of some buttons, which open once everything has been heard. */
-function choice(stage, labels, keys) {
+/** Answers, which open once everything has been heard: one is chosen, can be changed, and counts with "Next". */
+function choice(stage, labels) {
   return new Promise((resolve) => {
-    const made = labels.map((label, i) => button(label, () => resolve(i), { className: "go", disabled: true }));
+    let chosen = null;
+    const next = button("Next", () => resolve(chosen), { className: "go", disabled: true });
+    const choose = (place) => {
+      chosen = place;
+      made.forEach((b, i) => b.setAttribute("aria-pressed", String(i === place)));
+      next.disabled = false;
+      say(`${labels[place]}. You can change it, or go on.`);
+    };
+    const made = labels.map((label, i) =>
+      button(label, () => choose(i), { className: "answer", disabled: true, "aria-pressed": "false" }),
+    );
     stage.changed = (all) => made.forEach((b) => (b.disabled = !all));
     const numbers = Object.fromEntries(stage.buttons.map((b, i) => [String(i + 1), b]));
-    stage.unlisten = shortcuts({ ...numbers, ...Object.fromEntries(keys.map((key, i) => [key, made[i]])) });
+    const letters = Object.fromEntries(made.map((b, i) => [ANSWER_KEYS[i], b]));
+    stage.unlisten = shortcuts({ ...numbers, ...letters, enter: next });
     const hint = stage.hint;
-    const answers = element("div", { className: "row", role: "group", "aria-label": "Answer" }, ...made);
+    const answers = element("div", { className: "row", role: "group", "aria-label": "Answer" }, ...made, next);
     show(
       stage.question,
       stage.trouble,
@@ -137,7 +152,7 @@ function choice(stage, labels, keys) {
       element(
         "p",
         { className: "soft" },
-        `Keys: 1 to ${stage.buttons.length} play, ${keys.map((k) => k.toUpperCase()).join(" and ")} answer.`,
+        `Keys: 1 to ${stage.buttons.length} play, ${Object.keys(letters).join(", ").toUpperCase()} answer, Enter goes on.`,
       ),
     );
     stage.mark();
@@ -178,25 +193,27 @@ const VIEWS = {
   async paired(stage) {
     const { part, sounds } = stage.trial;
     const [a, b] = sounds.slice(-2);
-    const order = part.sequence ?? (stage.deck.scene || sounds.length === 2 ? null : ["R", "A", "R", "B"]);
+    const order = part.sequence ?? (stage.walker || sounds.length === 2 ? null : ["R", "A", "R", "B"]);
     if (order) await sequence(stage, order, part.seconds ?? 5);
     if (order) {
       // Everything has been heard; who wants to hear more may.
       stage.isHeard = () => true;
     }
-    const answer = (await choice(stage, ["My answer: A", "My answer: B"], ["a", "b"])) === 0 ? a : b;
-    return [{ a: a.name, b: b.name, answer: answer.name }];
+    const none = part.no_preference ? ["No preference"] : [];
+    const answer = [a.name, b.name, ""][await choice(stage, ["My answer: A", "My answer: B", ...none])];
+    return [{ a: a.name, b: b.name, answer }];
   },
 
   async abx(stage) {
     const [a, b, x] = stage.trial.sounds;
-    const answer = (await choice(stage, ["X is A", "X is B"], ["a", "b"])) === 0 ? a : b;
+    const answer = (await choice(stage, ["X is A", "X is B"])) === 0 ? a : b;
     return [{ a: a.name, b: b.name, x: x.name, answer: answer.name }];
   },
 
   rating(stage) {
     return new Promise((resolve) => {
-      const { sounds } = stage.trial;
+      const { sounds, part } = stage.trial;
+      const scale = part.words ?? WORDS;
       const touched = new Set();
       const done = button("Next", () => finish(), { className: "go", disabled: true });
       const rated = sounds.map((sound, i) => ({ sound, i })).filter(({ sound }) => sound.role !== "open");
@@ -215,13 +232,14 @@ const VIEWS = {
           touched.add(i);
           slider.classList.remove("untouched");
           out.textContent = slider.value;
-          const word = WORDS[Math.min(4, Math.floor(slider.value / 20))];
+          // A rating of what is heard: who moves a slider hears its sound.
+          if (stage.deck.current !== i) stage.select(i);
+          const word = scale[Math.min(scale.length - 1, Math.floor((slider.value * scale.length) / 100))];
           slider.setAttribute("aria-valuetext", `${slider.value}, ${word}`);
           stage.mark();
         };
         slider.addEventListener("input", take);
         slider.addEventListener("change", take);
-        // A rating of what is heard: who moves a slider hears its sound.
         slider.addEventListener("pointerdown", () => stage.deck.current !== i && stage.select(i));
         return { sound, slider, line: element("div", { className: "rating" }, stage.buttons[i], slider, out) };
       });
@@ -240,7 +258,7 @@ const VIEWS = {
       const words = element(
         "div",
         { className: "words", "aria-hidden": "true" },
-        element("div", {}, ...WORDS.map((word) => element("span", {}, word))),
+        element("div", {}, ...scale.map((word) => element("span", {}, word))),
       );
       show(
         stage.question,
@@ -248,14 +266,18 @@ const VIEWS = {
         stage.walker?.element,
         element(
           "div",
-          { className: "row sounds", role: "group", "aria-label": "Reference" },
+          { className: "row sounds", role: "group", "aria-label": open.length > 0 ? "Reference" : "Sound" },
           ...open,
           button("Pause", () => stage.deck.stop()),
         ),
         stage.options,
         element("div", { className: "card sounds" }, words, ...sliders.map(({ line }) => line)),
         hint,
-        element("p", { className: "soft" }, "Move every slider. One of the sounds is the reference itself."),
+        element(
+          "p",
+          { className: "soft" },
+          `Move every slider.${open.length > 0 ? " One of the sounds is the reference itself." : ""}`,
+        ),
         element("div", { className: "row" }, done),
       );
       stage.mark();

@@ -1,6 +1,6 @@
 // A plan on which the listener walks and turns: by keys, buttons, mouse and touch.
 
-import { EASE_S, KEYS, TURN, WALK } from "./walking.js";
+import { EASE_S, KEYS, TURN, WALK, keyOf } from "./walking.js";
 
 const DRAG = 0.01;
 /** A step and a turn of a button, metres and radians. */
@@ -18,22 +18,20 @@ const BUTTONS = [
 export const yawOf = ([x, y, z, w]) => Math.atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z));
 
 export class Walker {
-  /** `scene` is a description of the engine; `moved(position, quaternion)` is called as often as the picture changes. */
-  constructor(scene, moved) {
-    const [low, high] = scene.bounds;
-    const around = [...[low, high], scene.start.position, ...(scene.emitter ? [scene.emitter] : [])];
-    const wide = Math.hypot(high[0] - low[0], high[1] - low[1]) > 0.1 ? 0 : 3;
-    this.bounds = [0, 1].map((axis) => [
-      Math.min(low[axis], scene.start.position[axis]) - wide,
-      Math.max(high[axis], scene.start.position[axis]) + wide,
-    ]);
-    this.shown = [0, 1].map((axis) => [
-      Math.min(this.bounds[axis][0], ...around.map((p) => p[axis])) - 0.5,
-      Math.max(this.bounds[axis][1], ...around.map((p) => p[axis])) + 0.5,
-    ]);
-    this.emitter = scene.emitter;
-    this.position = [...scene.start.position];
-    this.yaw = yawOf(scene.start.quaternion);
+  /**
+   * `place` is that of the item, the same for all of its scenes; `moved(position, quaternion)` is called as often as the
+   * picture changes.
+   */
+  constructor(place, moved) {
+    const [low, high] = place.bounds;
+    this.bounds = [0, 1].map((axis) => [low[axis], high[axis]]);
+    this.emitter = place.emitter;
+    this.shown = [0, 1].map((axis) => {
+      const around = [low, high, ...(place.emitter ? [place.emitter] : [])].map((p) => p[axis]);
+      return [Math.min(...around) - 0.5, Math.max(...around) + 0.5];
+    });
+    this.position = [...place.start.position];
+    this.yaw = yawOf(place.start.quaternion);
     this.velocity = [0, 0];
     this.held = new Set();
     this.moved = moved;
@@ -63,17 +61,18 @@ export class Walker {
     help.textContent =
       "Walk with the arrow keys or W A S D, turn with Q and E or by dragging; click the plan to walk there.";
     this.element.append(this.canvas, pad, help);
-    this.canvas.addEventListener("keydown", (event) => {
-      if (!KEYS[event.code] || event.ctrlKey || event.metaKey || event.altKey) return;
+    this.press = (event) => {
+      const walks = keyOf(event);
+      if (!walks) return;
       this.goal = null;
-      this.held.add(KEYS[event.code]);
+      this.held.add(walks);
       event.preventDefault();
-    });
+    };
     this.release = (event) => this.held.delete(KEYS[event.code]);
     this.leave = () => this.held.clear();
+    addEventListener("keydown", this.press);
     addEventListener("keyup", this.release);
     addEventListener("blur", this.leave);
-    this.canvas.addEventListener("blur", this.leave);
     let drag = null;
     this.canvas.addEventListener("pointerdown", (event) => {
       drag = { x: event.clientX, far: 0 };
@@ -103,6 +102,7 @@ export class Walker {
 
   close() {
     this.closed = true;
+    removeEventListener("keydown", this.press);
     removeEventListener("keyup", this.release);
     removeEventListener("blur", this.leave);
   }

@@ -2,6 +2,7 @@
 
 use crate::answers::{Answer, Trial, grouped};
 use statrs::distribution::{Beta, Binomial, ContinuousCDF, DiscreteCDF};
+use std::collections::HashMap;
 
 /// How often X was told.
 #[derive(Clone, Debug, PartialEq)]
@@ -34,27 +35,37 @@ impl Abx {
 
 /// Figures for each item and pair of conditions, and where several items have the same pair, of all of them.
 pub fn abx(answers: &[Answer]) -> Vec<Abx> {
+    counted(answers, |answer| &answer.item, Some("all"))
+}
+
+/// Figures for each person and pair of conditions; `item` is the person.
+pub fn abx_by_person(answers: &[Answer]) -> Vec<Abx> {
+    counted(answers, |answer| &answer.person, None)
+}
+
+fn counted(answers: &[Answer], by: impl Fn(&Answer) -> &str, all: Option<&str>) -> Vec<Abx> {
     let trials: Vec<(&str, &[String; 2], bool)> = answers
         .iter()
         .filter_map(|answer| match &answer.what {
-            Trial::Abx { between, right } => Some((&*answer.item, between, *right)),
+            Trial::Abx { between, right } => Some((by(answer), between, *right)),
             _ => None,
         })
         .collect();
     let mut pairs = grouped(trials.into_iter(), |(_, between, _)| *between);
     pairs.sort_by_key(|(pair, _)| *pair);
-    let of = |item: &str, pair: &[String; 2], trials: &[(&str, &[String; 2], bool)]| {
+    // Many persons have the same counts.
+    let mut known: HashMap<(u32, u32), Abx> = HashMap::new();
+    let mut of = |item: &str, pair: &[String; 2], trials: &[(&str, &[String; 2], bool)]| {
         let [all, right] = [false, true].map(|right| trials.iter().filter(|trial| trial.2 || !right).count());
         let [all, right] = [all, right].map(|count| u32::try_from(count).unwrap_or(u32::MAX));
-        Abx::new(item, pair, all, right)
+        let figures = known.entry((all, right)).or_insert_with(|| Abx::new(item, pair, all, right)).clone();
+        Abx { item: item.to_owned(), between: pair.clone(), ..figures }
     };
     let mut found = Vec::new();
     for (pair, trials) in pairs {
         let items = grouped(trials.iter().copied(), |(item, ..)| *item);
         found.extend(items.iter().map(|(item, trials)| of(item, pair, trials)));
-        if items.len() > 1 {
-            found.push(of("all", pair, &trials));
-        }
+        found.extend(all.filter(|_| items.len() > 1).map(|all| of(all, pair, &trials)));
     }
     found
 }
@@ -77,13 +88,7 @@ mod tests {
 
     #[test]
     fn items_are_counted_apart_and_together() {
-        let answer = |item: &str, right| Answer {
-            study: "s".into(),
-            person: "p".into(),
-            trial: 1,
-            item: item.into(),
-            what: Trial::Abx { between: ["a".into(), "b".into()], right },
-        };
+        let answer = |item: &str, right| Answer::of("p", item, Trial::Abx { between: ["a".into(), "b".into()], right });
         let of = abx(&[answer("x", true), answer("x", false), answer("y", true)]);
         let counts: Vec<_> = of.iter().map(|abx| (&*abx.item, abx.trials, abx.right)).collect();
         assert_eq!(counts, [("x", 2, 1), ("y", 1, 1), ("all", 3, 2)]);

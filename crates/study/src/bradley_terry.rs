@@ -3,7 +3,7 @@
 
 use crate::preferences::Preferences;
 use nalgebra::{DMatrix, DVector};
-use statrs::distribution::{ContinuousCDF, Normal};
+use statrs::distribution::{ContinuousCDF, Normal, StudentsT};
 
 /// Newton steps.
 const STEPS: usize = 100;
@@ -30,8 +30,9 @@ pub struct Strengths {
 
 impl Strengths {
     /// Of a table. With the tables of its persons, whose sum it is, the errors are those of votes that hang together by person
-    /// (a sandwich estimate, Liang and Zeger 1986); without them, those of independent votes. None where the likelihood has no
-    /// maximum: where some conditions were never preferred to the others (Ford 1957).
+    /// (a sandwich estimate, Liang and Zeger 1986) and the intervals those of Student's t, with a degree of freedom less than
+    /// persons; without them, or where all persons say the same of a condition, those of independent votes. None where the
+    /// likelihood has no maximum: where some conditions were never preferred to the others (Ford 1957).
     pub fn new(votes: &Preferences, persons: &[Preferences]) -> Option<Self> {
         if !connected(votes) {
             return None;
@@ -52,19 +53,20 @@ impl Strengths {
         // Strengths have no level: what was added to the information is taken off the covariance.
         let independent = inverse - level(t);
         let by_person = persons.len() > 1;
-        let covariance = if by_person {
+        let between = by_person.then(|| {
             let meat = persons.iter().fold(DMatrix::zeros(t, t), |sum, person| {
                 let slope = gradient(person, &log);
                 sum + &slope * slope.transpose()
             });
             let few = persons.len() as f64 / (persons.len() - 1) as f64;
             &independent * meat * &independent * few
-        } else {
-            independent
-        };
-        let reach = Normal::standard().inverse_cdf(0.975);
+        });
+        let normal = Normal::standard().inverse_cdf(0.975);
+        let student = StudentsT::new(0.0, 1.0, persons.len().saturating_sub(1).max(1) as f64).ok()?.inverse_cdf(0.975);
         let of = (0..t).map(|i| {
-            let error = covariance[(i, i)].max(0.0).sqrt();
+            let of_votes = independent[(i, i)].max(0.0);
+            let of_persons = between.as_ref().map(|between| between[(i, i)]).filter(|v| *v > 1e-9 * of_votes);
+            let (error, reach) = of_persons.map_or((of_votes.sqrt(), normal), |v| (v.sqrt(), student));
             Strength { log: log[i], error, interval: [log[i] - reach * error, log[i] + reach * error] }
         });
         Some(Self { of: of.collect(), by_person })
@@ -165,6 +167,46 @@ mod tests {
         let [alone, together] = [Strengths::new(&all, &[]).unwrap(), Strengths::new(&all, &persons).unwrap()];
         assert!(together.by_person && together.of[0].error > 1.5 * alone.of[0].error, "{together:?} {alone:?}");
         assert_eq!(together.of[0].log, alone.of[0].log);
+    }
+
+    #[test]
+    fn persons_of_one_mind_leave_an_interval() {
+        let same = table(&[[0, 3, 4], [1, 0, 3], [1, 1, 0]]);
+        let all = Preferences::pooled(&[&same; 5]).unwrap();
+        let together = Strengths::new(&all, &vec![same; 5]).unwrap();
+        assert_eq!(together.of, Strengths::new(&all, &[]).unwrap().of);
+    }
+
+    /// How often intervals hold the strengths of all persons whom those who voted stand for.
+    #[test]
+    fn intervals_hold_the_truth_nineteen_times_in_twenty() {
+        let mut rng = fastrand::Rng::with_seed(5);
+        let mut person =
+            |spread: f64| [0.6, 0.1, -0.7].map(|mean| mean + spread * (0..12).map(|_| rng.f64() - 0.5).sum::<f64>());
+        let chances = |of: [f64; 3]| [(0, 1), (0, 2), (1, 2)].map(|(i, j): (usize, usize)| 1.0 / (1.0 + (of[j] - of[i]).exp()));
+        let of_shares = |shares: [u32; 3], whole: u32| {
+            let [a, b, c] = shares;
+            table(&[[0, a, b], [whole - a, 0, c], [whole - b, whole - c, 0]])
+        };
+        let many: Vec<[f64; 3]> = (0..40_000).map(|_| chances(person(0.5))).collect();
+        let truth = [0, 1, 2].map(|p| (1e6 * many.iter().map(|c| c[p]).sum::<f64>() / many.len() as f64) as u32);
+        let truth = Strengths::new(&of_shares(truth, 1_000_000), &[]).unwrap();
+        let mut coin = fastrand::Rng::with_seed(6);
+        for persons in [3, 5, 8, 20] {
+            let (mut held, mut all) = (0, 0);
+            for _ in 0..1500 {
+                let tables: Vec<Preferences> = (0..persons)
+                    .map(|_| of_shares(chances(person(0.5)).map(|c| (0..8).filter(|_| coin.f64() < c).count() as u32), 8))
+                    .collect();
+                let sum = Preferences::pooled(&tables.iter().collect::<Vec<_>>()).unwrap();
+                let Some(found) = Strengths::new(&sum, &tables) else { continue };
+                let holds = |(s, t): &(&Strength, &Strength)| (s.interval[0]..s.interval[1]).contains(&t.log);
+                held += found.of.iter().zip(&truth.of).filter(holds).count();
+                all += 3;
+            }
+            let share = held as f64 / all as f64;
+            assert!((0.93..0.97).contains(&share), "{persons} persons: {share}");
+        }
     }
 
     #[test]

@@ -13,10 +13,11 @@ const MOST_TRIALS: usize = 10_000;
 /// Most characters of a name.
 const MOST_NAME: usize = 64;
 /// Most conditions of an item: rated ones have a slider each.
-const MOST_CONDITIONS: usize = 26;
-/// Names that the page gives to the hidden reference and the anchor.
+pub(crate) const MOST_CONDITIONS: usize = 26;
+/// Names that the page gives to the hidden reference and the anchors of 3.5 and 7 kHz.
 pub(crate) const REFERENCE: &str = "Reference";
-pub(crate) const ANCHOR: &str = "Anchor";
+pub(crate) const LOW_ANCHOR: &str = "Low anchor";
+pub(crate) const MID_ANCHOR: &str = "Mid anchor";
 
 /// A study.
 #[derive(Clone, Debug, Deserialize)]
@@ -44,8 +45,26 @@ pub struct Study {
     /// Whether answers are sent to the server that the page comes from; they can be saved in any case.
     #[serde(default)]
     pub post: bool,
+    /// What is said to who has answered everything, and has sent it: a code of a panel of listeners.
+    pub code: Option<String>,
+    /// Questions beside the sounds, asked last.
+    #[serde(default)]
+    pub questions: Vec<Question>,
     /// What is asked, one after the other.
     pub parts: Vec<Part>,
+}
+
+/// A question beside the sounds.
+#[derive(Clone, Debug, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct Question {
+    /// Its name in answers.
+    pub name: String,
+    /// What is asked.
+    pub text: String,
+    /// What can be answered; anything without.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub choices: Option<Vec<String>>,
 }
 
 fn one() -> u64 {
@@ -77,9 +96,19 @@ pub struct Part {
     pub listen_s: Option<f64>,
     /// How often each pair is asked, or each ABX trial is done.
     pub repeats: Option<u32>,
-    /// Rates a low-passed reference (3.5 kHz) too.
+    /// Rates two low-passed references too (3.5 and 7 kHz, ITU-R BS.1534-3).
     #[serde(default)]
     pub anchor: bool,
+    /// Its answers are not kept.
+    #[serde(default)]
+    pub training: bool,
+    /// Pairs that are compared, of the conditions of each item; all without.
+    pub pairs: Option<Vec<[String; 2]>>,
+    /// Neither of two may be preferred.
+    #[serde(default)]
+    pub no_preference: bool,
+    /// Words of the scale, from the lowest on.
+    pub words: Option<Vec<String>>,
     /// What is listened to.
     pub items: Vec<Item>,
 }
@@ -94,6 +123,9 @@ pub struct Item {
     pub dry: Option<PathBuf>,
     /// What the others are held against.
     pub reference: Option<PathBuf>,
+    /// Where listeners begin in the scenes: x, y, z in metres, and to where they look, degrees to the left of x.
+    #[serde(default)]
+    pub start: Option<[f32; 4]>,
     /// Files of sound or scenes, by condition.
     pub conditions: BTreeMap<String, PathBuf>,
 }
@@ -129,12 +161,29 @@ impl Study {
         if self.parts.is_empty() || self.parts.len() > 100 {
             return wrong("parts".into(), "1 to 100 parts", self.parts.len().to_string());
         }
+        let named = |name: &str| (1..=MOST_NAME).contains(&name.chars().count()) && !name.chars().any(char::is_control);
+        for (i, question) in self.questions.iter().enumerate() {
+            let twice = self.questions[..i].iter().any(|other| other.name == question.name);
+            if twice || !named(&question.name) || question.choices.as_ref().is_some_and(Vec::is_empty) {
+                let expected = "questions with names of 1 to 64 characters, each its own, and choices or none";
+                return wrong(format!("question {}", i + 1), expected, format!("{:?}", question.name));
+            }
+        }
         let mut trials = 0_usize;
         for (number, part) in self.parts.iter().enumerate() {
             let at = format!("part {}", number + 1);
             let Some(method) = Method::by_name(&part.method) else {
                 return wrong(at, "paired, abx or rating", format!("{:?}", part.method));
             };
+            if method == Method::Question {
+                return wrong(at, "paired, abx or rating, and questions beside the parts", format!("{:?}", part.method));
+            }
+            if (part.pairs.is_some() || part.no_preference) && method != Method::Paired {
+                return wrong(at, "pairs and no_preference in paired comparisons", part.method.clone());
+            }
+            if part.words.as_ref().is_some_and(|words| method != Method::Rating || !(2..=11).contains(&words.len())) {
+                return wrong(at, "2 to 11 words of a rating's scale", format!("{:?}", part.words));
+            }
             if let Some(sequence) = &part.sequence {
                 let known = sequence.iter().all(|label| ["R", "A", "B"].contains(&&**label));
                 let both = ["A", "B"].iter().all(|label| sequence.iter().any(|other| other == label));
@@ -179,23 +228,30 @@ impl Part {
             if name.is_empty() || name.chars().count() > MOST_NAME || name.chars().any(char::is_control) {
                 return Err(("names of 1 to 64 characters", format!("{name:?}")));
             }
-            if [REFERENCE, ANCHOR].contains(&&**name) {
-                return Err(("conditions of other names than Reference and Anchor", format!("{name:?}")));
+            if [REFERENCE, LOW_ANCHOR, MID_ANCHOR].contains(&&**name) {
+                return Err(("conditions of other names than Reference, Low anchor and Mid anchor", format!("{name:?}")));
             }
         }
         let count = item.conditions.len();
         let (least, most) = match method {
             Method::Paired => (2, MOST_CONDITIONS),
             Method::Abx => (2, 2),
-            Method::Rating => (1, MOST_CONDITIONS - 2),
+            Method::Rating | Method::Question => (1, MOST_CONDITIONS - 3),
         };
         if !(least..=most).contains(&count) {
-            let expected = if method == Method::Abx { "2 conditions" } else { "2 to 26 conditions, or 1 to 24 to rate" };
+            let expected = if method == Method::Abx { "2 conditions" } else { "2 to 26 conditions, or 1 to 23 to rate" };
             return Err((expected, count.to_string()));
         }
         let needs = self.sequence.as_ref().is_some_and(|s| s.iter().any(|label| label == "R")) || self.anchor;
         if item.reference.is_none() && needs {
             return Err(("a reference, which the sequence or the anchor needs", "none".to_owned()));
+        }
+        let known = |[one, other]: &&[String; 2]| one != other && [one, other].iter().all(|n| item.conditions.contains_key(*n));
+        if let Some(pair) = self.pairs.iter().flatten().find(|pair| !known(pair)) {
+            return Err(("pairs of two of its conditions", format!("{pair:?}")));
+        }
+        if item.start.is_some_and(|start| item.dry.is_none() || !start.iter().all(|v| v.is_finite())) {
+            return Err(("a start of four numbers, beside a dry sound", format!("{:?}", item.start)));
         }
         if let Some(dry) = &item.dry {
             let scene = |path: &PathBuf| path.extension().is_some_and(|e| e == "promenade");
@@ -206,11 +262,11 @@ impl Part {
                 ));
             }
         }
-        Ok(match method {
-            Method::Paired => count * (count - 1) / 2 * self.repeats.unwrap_or(1) as usize,
-            Method::Abx => self.repeats.unwrap_or(8) as usize,
-            Method::Rating => 1,
-        })
+        let kinds = match method {
+            Method::Paired => self.pairs.as_ref().map_or(count * (count - 1) / 2, Vec::len),
+            _ => 1,
+        };
+        Ok(kinds * self.repeats.unwrap_or(if method == Method::Abx { 8 } else { 1 }) as usize)
     }
 }
 
@@ -244,6 +300,8 @@ mod tests {
         assert!(with("repeats", json!(0)).contains("1 to 100"));
         assert!(with("items", json!([])).contains("at least one item"));
         assert!(with("items", json!([item, item])).contains("twice"));
+        assert!(with("pairs", json!([["x", "z"]])).contains("pairs of two of its conditions"));
+        assert!(with("words", json!(["bad", "good"])).contains("a rating's scale"));
         assert!(with("surprise", json!(1)).contains("unknown field"));
         let item = |key: &str, value: Value| {
             let mut part = part.clone();
@@ -251,7 +309,7 @@ mod tests {
             of(&study(&part)).unwrap_err()
         };
         assert!(item("conditions", json!({ "x": "x.wav" })).contains("2 to 26 conditions"));
-        assert!(item("conditions", json!({ "x": "x.wav", "Anchor": "y.wav" })).contains("other names"));
+        assert!(item("conditions", json!({ "x": "x.wav", "Low anchor": "y.wav" })).contains("other names"));
         assert!(item("dry", json!("dry.wav")).contains("scenes (.promenade)"));
         let mut bare = part.clone();
         bare["items"][0].as_object_mut().unwrap().remove("reference");

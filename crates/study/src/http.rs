@@ -1,10 +1,12 @@
 //! A small server of HTTP/1.1 with limits: one request a connection, whose size and time a stranger cannot stretch.
 
+use flate2::{Compression, write::GzEncoder};
 use promenade_audio::FileError;
 use std::borrow::Cow;
 use std::fs::File;
 use std::io::{self, BufRead, BufReader, ErrorKind, Read, Write};
 use std::net::{Shutdown, SocketAddr, TcpListener, TcpStream};
+use std::path::Path;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Condvar, Mutex, PoisonError};
 use std::time::{Duration, Instant};
@@ -70,6 +72,16 @@ impl Write for Timed<'_> {
     }
 }
 
+/// A file's bytes as gzip, of kinds that it makes smaller.
+pub fn compressed(name: &str, bytes: &[u8]) -> Option<Vec<u8>> {
+    const KINDS: [&str; 9] = ["css", "head", "html", "js", "json", "ply", "promenade", "splat", "wasm"];
+    let kind = Path::new(name).extension()?.to_str()?;
+    let mut packer = GzEncoder::new(Vec::new(), Compression::default());
+    let packed = KINDS.contains(&kind).then(|| packer.write_all(bytes).and_then(|()| packer.finish()).ok())??;
+    // What saves less than a tenth is not worth a second file.
+    (packed.len() * 10 < bytes.len() * 9).then_some(packed)
+}
+
 /// A request, and its body, which has not been read.
 pub struct Request<'a, 's> {
     /// Its method, such as `GET`.
@@ -84,6 +96,8 @@ pub struct Request<'a, 's> {
     host: Option<String>,
     origin: Option<String>,
     expects: bool,
+    /// Whether it takes gzip.
+    pub gzip: bool,
     bodies: &'a AtomicUsize,
     reader: &'a mut BufReader<Timed<'s>>,
 }
@@ -99,13 +113,14 @@ pub struct Response<'a> {
     status: &'static str,
     kind: &'static str,
     body: Body<'a>,
+    gzip: bool,
 }
 
 impl<'a> Response<'a> {
     /// A part of memory.
     #[must_use]
     pub fn found(kind: &'static str, body: &'a [u8]) -> Self {
-        Self { status: "200 OK", kind, body: Body::Bytes(body.into()) }
+        Self { status: "200 OK", kind, body: Body::Bytes(body.into()), gzip: false }
     }
 
     /// A file, which is sent as it is read.
@@ -114,13 +129,19 @@ impl<'a> Response<'a> {
     /// The system's.
     pub fn file(kind: &'static str, file: File) -> io::Result<Self> {
         let length = file.metadata()?.len();
-        Ok(Self { status: "200 OK", kind, body: Body::File(file, length) })
+        Ok(Self { status: "200 OK", kind, body: Body::File(file, length), gzip: false })
+    }
+
+    /// Says that the body is gzip.
+    #[must_use]
+    pub fn gzipped(self) -> Self {
+        Self { gzip: true, ..self }
     }
 
     /// Plain text.
     #[must_use]
     pub fn text(status: &'static str, text: impl Into<String>) -> Self {
-        Self { status, kind: "text/plain; charset=utf-8", body: Body::Bytes(text.into().into_bytes().into()) }
+        Self { status, kind: "text/plain; charset=utf-8", body: Body::Bytes(text.into().into_bytes().into()), gzip: false }
     }
 
     /// Where nothing is.
@@ -181,7 +202,7 @@ impl Listener {
     fn serve<'a>(&self, answer: &impl Fn(&mut Request<'_, '_>) -> Response<'a>, stream: &TcpStream) {
         let timed = || Timed { stream, end: Instant::now() + PATIENCE };
         let mut reader = BufReader::new(timed());
-        let (Response { status, kind, body }, with_body) = match Request::read(&mut reader, &self.bodies) {
+        let (Response { status, kind, body, gzip }, with_body) = match Request::read(&mut reader, &self.bodies) {
             Ok(mut request) => match request.refused(&self.hosts) {
                 Some(refusal) => (refusal, true),
                 None => (answer(&mut request), request.method != "HEAD"),
@@ -192,9 +213,10 @@ impl Listener {
             Body::Bytes(bytes) => bytes.len() as u64,
             Body::File(_, length) => *length,
         };
+        let encoding = if gzip { "Content-Encoding: gzip\r\n" } else { "" };
         let head = format!(
             "HTTP/1.1 {status}\r\nContent-Type: {kind}\r\nContent-Length: {length}\r\nCache-Control: no-cache\r\n\
-             X-Content-Type-Options: nosniff\r\nConnection: close\r\n\r\n"
+             {encoding}Vary: Accept-Encoding\r\nX-Content-Type-Options: nosniff\r\nConnection: close\r\n\r\n"
         );
         let mut writer = timed();
         writer.allow(length);
@@ -260,6 +282,7 @@ impl<'a, 's> Request<'a, 's> {
             length: value("content-length").map(|text| text.parse()).transpose().map_err(|_| bad())?,
             kind: before(&value("content-type").unwrap_or_default(), &[';']),
             expects: value("expect").is_some(),
+            gzip: value("accept-encoding").is_some_and(|kinds| kinds.split(',').any(|kind| kind.trim() == "gzip")),
             host: value("host").map(|host| name(&host)),
             origin: value("origin").map(|origin| name(origin.split_once("://").map_or(&*origin, |(_, host)| host))),
             method: parsed.method.ok_or_else(bad)?.to_owned(),

@@ -1,7 +1,7 @@
 //! Answers that come in: checked against the study, and put at the end of one file.
 
-use crate::answers::{Answer, HEADER, Trial};
-use crate::definition::{ANCHOR, REFERENCE};
+use crate::answers::{Answer, HEADER, Method, Trial};
+use crate::definition::{LOW_ANCHOR, MID_ANCHOR, REFERENCE};
 use crate::site::STUDY_FILE;
 use promenade_audio::{FileError, file};
 use serde::Deserialize;
@@ -13,15 +13,17 @@ use std::sync::Mutex;
 
 /// Most rows of a post.
 const MOST_ROWS: usize = 20_000;
-/// Most characters of a cell.
+/// Most characters of a cell, and of an answer to a question.
 const MOST_CELL: usize = 128;
+const MOST_SAID: usize = 1000;
 /// Most bytes of a file of answers.
 const MOST_FILE: u64 = 1 << 30;
 
 /// Takes answers of one study into one file, which it only ever makes longer.
 pub(crate) struct Intake {
     study: String,
-    /// Method, item and condition.
+    version: String,
+    /// Method, item and condition; of questions their names alone.
     known: HashSet<(String, String, String)>,
     file: Mutex<File>,
 }
@@ -37,6 +39,8 @@ struct Posted {
 #[derive(Deserialize)]
 struct Page {
     study: String,
+    version: String,
+    questions: Option<Vec<PageSound>>,
     parts: Vec<PagePart>,
 }
 
@@ -74,17 +78,18 @@ impl Intake {
         let path = site.join(STUDY_FILE);
         let bytes = file::read(&path, 64 << 20).map_err(FileError::read(&path))?;
         let page: Page = serde_json::from_slice(&bytes).map_err(|error| FileError::content(&path, "a study", error))?;
-        let mut known = HashSet::new();
+        let questions = page.questions.into_iter().flatten();
+        let mut known: HashSet<_> = questions.map(|q| (Method::Question.name().to_owned(), q.name, String::new())).collect();
         for part in &page.parts {
             for item in &part.items {
-                let names = item.conditions.iter().map(|sound| &*sound.name).chain([REFERENCE, ANCHOR]);
+                let names = item.conditions.iter().map(|sound| &*sound.name).chain([REFERENCE, LOW_ANCHOR, MID_ANCHOR]);
                 known.extend(names.map(|name| (part.method.clone(), item.name.clone(), name.to_owned())));
             }
         }
         let mut file =
             OpenOptions::new().read(true).append(true).create(true).open(answers).map_err(FileError::write(answers))?;
         begin(&mut file, answers)?;
-        Ok(Self { study: page.study, known, file: Mutex::new(file) })
+        Ok(Self { study: page.study, version: page.version, known, file: Mutex::new(file) })
     }
 
     /// Takes a post whole or not at all; gives the number of rows.
@@ -118,28 +123,34 @@ impl Intake {
 
     fn check(&self, row: &[String]) -> Result<(), (String, String)> {
         let cells: Vec<&str> = row.iter().map(String::as_str).collect();
-        if let Some(cell) = cells.iter().find(|cell| cell.chars().count() > MOST_CELL || cell.chars().any(char::is_control)) {
+        let most = if cells.get(6) == Some(&Method::Question.name()) { MOST_SAID } else { MOST_CELL };
+        if let Some(cell) = cells.iter().find(|cell| cell.chars().count() > most || cell.chars().any(char::is_control)) {
             let found = cell.chars().take(20).collect::<String>();
-            return Err((format!("cells of at most {MOST_CELL} printed characters"), format!("{found:?}")));
+            return Err((format!("cells of at most {most} printed characters"), format!("{found:?}")));
         }
         let answer = Answer::parse(&cells)?;
         if answer.study != self.study {
             return Err((format!("answers to {:?}", self.study), format!("{:?}", answer.study)));
+        }
+        if answer.version != self.version {
+            return Err((format!("answers to its version {}", self.version), format!("{:?}", answer.version)));
         }
         let plain = |c: char| c.is_ascii_alphanumeric() || c == '-' || c == '_';
         if answer.person.len() > 64 || !answer.person.chars().all(plain) {
             return Err(("a person's name of letters, digits, - and _".into(), format!("{:?}", answer.person)));
         }
         // Tables on a screen take cells that begin so for formulas.
-        let free = [cells[2], cells[11], cells[12], cells[13]];
+        let free = [cells[3], cells[4], cells[5], cells[11], cells[12], cells[13], cells[14], cells[15]];
         if let Some(cell) = free.iter().find(|cell| cell.starts_with(['=', '+', '-', '@'])) {
             return Err(("no formulas".into(), format!("{cell:?}")));
         }
-        let method = cells[4];
+        let method = cells[6];
+        let none = String::new();
         let names = match &answer.what {
             Trial::Paired { better, worse } => vec![better, worse],
-            Trial::Abx { between: [a, b], .. } => vec![a, b],
+            Trial::Abx { between: [a, b], .. } | Trial::Tie { between: [a, b] } => vec![a, b],
             Trial::Rating { of, .. } => vec![of],
+            Trial::Said(_) => vec![&none],
         };
         match names.iter().find(|name| !self.known.contains(&(method.to_owned(), answer.item.clone(), (**name).clone()))) {
             Some(name) => Err(("items and conditions of the study".into(), format!("{:?}, {name:?}", answer.item))),

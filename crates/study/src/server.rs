@@ -58,12 +58,14 @@ impl Server {
             "GET" | "HEAD" => {
                 let name = if name.is_empty() { "index.html" } else { name };
                 // Names of a site need no percents, and paths beyond it have no name here.
-                let found = self.files.get(name).and_then(|path| {
+                let found = |file: &str| {
+                    let path = self.files.get(file)?;
                     // A file that was exchanged for a link leads elsewhere.
                     let file = File::open(path).ok().filter(|_| path.canonicalize().is_ok_and(|real| real == *path))?;
                     Response::file(promenade_web::media_type(name), file).ok()
-                });
-                found.unwrap_or_else(Response::nothing)
+                };
+                let packed = if request.gzip && self.files.contains_key(name) { found(&format!("{name}.gz")) } else { None };
+                packed.map(Response::gzipped).or_else(|| found(name)).unwrap_or_else(Response::nothing)
             }
             "POST" if name == ANSWERS_PATH => self.take(request).unwrap_or_else(|refused| refused),
             "POST" => Response::text("404 Not Found", "answers go to /answers\n"),

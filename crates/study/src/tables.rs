@@ -61,18 +61,32 @@ fn at(path: &Path, record: &StringRecord) -> impl Fn(FileError) -> FileError {
 
 fn add(material: &mut Material, path: &Path, bytes: &[u8]) -> Result<(), FileError> {
     let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
-    let mut reader = ReaderBuilder::new().has_headers(false).flexible(true).trim(Trim::All).from_reader(bytes);
+    // Tables on a screen save lines with semicolons in many countries.
+    let first = bytes.split(|byte| *byte == b'\n').next().unwrap_or_default();
+    let count = |of: u8| first.iter().filter(|byte| **byte == of).count();
+    let delimiter = if count(b';') > count(b',') { b';' } else { b',' };
+    let mut reader =
+        ReaderBuilder::new().delimiter(delimiter).has_headers(false).flexible(true).trim(Trim::All).from_reader(bytes);
     let mut records =
         reader.records().map(|record| record.map_err(|error| FileError::content(path, "lines of CSV", error.to_string())));
     let Some(first) = records.next().transpose()? else {
         return Err(FileError::content(path, "answers or preference tables", "nothing"));
     };
-    if first.iter().eq(HEADER) {
+    if &first[0] == HEADER[0] {
+        let columns = HEADER.map(|name| first.iter().position(|cell| cell == name));
+        // Older files tell neither versions nor parts.
+        let missing = HEADER.iter().zip(columns).find(|(name, at)| at.is_none() && !["version", "part"].contains(name));
+        if let Some((name, _)) = missing {
+            return Err(entry(path, &first, &format!("a column {name}"), "none".into()));
+        }
         for record in records {
             let record = record?;
             // Files put one after the other have their heads within.
-            if !record.iter().eq(HEADER) {
-                let answer = Answer::parse(&record.iter().collect::<Vec<_>>());
+            if record != first {
+                if record.len() != first.len() {
+                    return Err(entry(path, &record, &format!("{} cells", first.len()), record.len().to_string()));
+                }
+                let answer = Answer::parse(&columns.map(|at| at.map_or("", |at| &record[at])));
                 if material.answers.list().len() == MOST_ANSWERS {
                     return Err(entry(path, &record, "at most 200000 answers", "another".into()));
                 }
@@ -165,9 +179,24 @@ mod tests {
     #[test]
     fn answers_are_read_with_their_heads_within() {
         let head = HEADER.join(",");
-        let line = "s,p,t,1,paired,room,Mix,Sal,,Sal,,,9.5,passed";
+        let line = "s,v,p,t,1,1,paired,room,Mix,Sal,,Sal,,,9.5,passed";
         let read = of(&format!("\u{feff}{head}\r\n{line}\r\n{head}\n{line}\n")).unwrap();
         assert_eq!((read.answers.list().len(), read.answers.repeated), (1, 1));
-        assert!(of(&format!("{head}\ns,p\n")).unwrap_err().contains("line 2: expected 14 cells, found 2"));
+        assert!(of(&format!("{head}\ns,p\n")).unwrap_err().contains("line 2: expected 16 cells, found 2"));
+    }
+
+    #[test]
+    fn answers_are_read_as_other_programs_save_them() {
+        let of_lines = |lines: &[&str]| of(&lines.join("\r\n").replace(',', ";")).map(|read| read.answers);
+        let head = HEADER.join(",");
+        let line = "s,v,p,t,1,2,paired,room,Mix,Sal,,Sal,,,9.5,failed";
+        let mut read = of_lines(&[&head, line]).unwrap();
+        assert_eq!((&*read.list()[0].version, read.list()[0].part), ("v", 2));
+        assert_eq!((read.leave_out_failed(), read.list().len()), (vec!["p".to_owned()], 0));
+        // Before versions and parts.
+        let (head, line) =
+            (head.replace("version,", "").replace("part,", ""), line.replace("s,v,", "s,").replace("1,2,", "1,"));
+        assert_eq!(of_lines(&[&head, &line]).unwrap().list()[0].part, 0);
+        assert!(of_lines(&[&head.replace("role,", "")]).unwrap_err().contains("line 1: expected a column role, found none"));
     }
 }

@@ -1,7 +1,7 @@
 //! Answers and studies that nobody should have written: an error or figures, in bounded time and memory, and never a panic.
 
 use cpu_time::ThreadTime;
-use promenade_study::{Study, abx, groups, paired, ratings, read};
+use promenade_study::{Study, abx, abx_by_person, groups, paired, persons, ratings, read};
 use promenade_testing::fuzz::{Counting, Input, Search};
 use std::fmt::Write;
 use std::path::Path;
@@ -9,11 +9,12 @@ use std::path::Path;
 #[global_allocator]
 static ALLOCATOR: Counting = Counting;
 
-const HEAD: &str = "study,person,time,trial,method,item,a,b,x,answer,rating,role,seconds,headphones\n";
+const HEAD: &str = "study,version,person,time,trial,part,method,item,a,b,x,answer,rating,role,seconds,headphones\n";
 
 /// Everything that a report has of files.
 fn report(files: &[&Path]) -> Result<usize, String> {
     let material = read(files).map_err(|error| error.to_string())?;
+    material.answers.clone().leave_out_failed();
     let list = material.answers.list();
     let (rated, _out) = ratings(list, false);
     let found = paired(&material.tables, list, 0.05).map_err(|error| error.to_string())?;
@@ -22,7 +23,10 @@ fn report(files: &[&Path]) -> Result<usize, String> {
         assert!(strengths.flat_map(|s| [s.log, s.error]).all(f64::is_finite), "{item:?}");
         groups(&item.votes.scores(), item.least.least).len()
     });
-    let guessed = abx(list);
+    let guessed = [abx(list), abx_by_person(list)].concat();
+    let shares =
+        |p: promenade_study::Person| [p.with_self, p.with_others].into_iter().flatten().all(|s| (0.0..=1.0).contains(&s));
+    assert!(persons(list).into_iter().all(shares), "shares");
     assert!(guessed.iter().all(|abx| abx.right <= abx.trials && (0.0..=1.0).contains(&abx.chance)), "{guessed:?}");
     let conditions = rated.iter().flat_map(|rated| &rated.conditions);
     assert!(conditions.clone().all(|c| (0.0..=100.0).contains(&c.mean)), "ratings beyond the scale");
@@ -36,10 +40,10 @@ fn answers_of_listeners() {
         for (trial, item) in ["room", "hall"].iter().enumerate() {
             write!(
                 answers,
-                "s,{person},t,{trial},paired,{item},Mix,Sal,,{better},,,9.5,passed\n\
-                 s,{person},t,{}0,abx,{item},Mix,Sal,Mix,{better},,,3,passed\n\
-                 s,{person},t,{}1,rating,{item},Mix,,,,{rating},reference,2,passed\n\
-                 s,{person},t,{}1,rating,{item},Sal,,,,{},,2,passed\n",
+                "s,v,{person},t,{trial},1,paired,{item},Mix,Sal,,{better},,,9.5,passed\n\
+                 s,v,{person},t,{}0,2,abx,{item},Mix,Sal,Mix,{better},,,3,passed\n\
+                 s,v,{person},t,{}1,3,rating,{item},Mix,,,,{rating},reference,2,passed\n\
+                 s,v,{person},t,{}1,3,rating,{item},Sal,,,,{},,2,passed\n",
                 trial + 1,
                 trial + 1,
                 trial + 1,
@@ -76,12 +80,17 @@ fn many_answers_are_told_apart_in_no_time() {
     let two = "Mix,Sal";
     let table = |n: usize| format!("item {n},a,b,c\na,*,{n},{n}\nb,{n},*,{n}\nc,{n},{n},*\n");
     let pairs = |n: usize| format!("{},{}", n % 64, (n + 1 + n / 64 % 63) % 64);
-    let cases: [(&str, String, bool); 6] = [
-        ("persons", lines(100_000, &|n| format!("s,p{n},t,1,paired,room,{two},,Mix,,,1,passed\n")), true),
-        ("raters", lines(100_000, &|n| format!("s,p{n},t,1,rating,room,c{},,,,50,,1,passed\n", n % 500)), true),
-        ("guesses", lines(100_000, &|n| format!("s,p{n},t,1,abx,i{},{two},Mix,Mix,,,1,passed\n", n % 1000)), true),
-        ("items", lines(50_000, &|n| format!("s,p,t,{n},paired,i{n},{two},,Mix,,,1,passed\n")), false),
-        ("conditions", lines(50_000, &|n| format!("s,p{n},t,1,paired,room,{},,{},,,1,passed\n", pairs(n), n % 64)), false),
+    let cases: [(&str, String, bool); 7] = [
+        ("persons", lines(100_000, &|n| format!("s,v,p{n},t,1,1,paired,room,{two},,Mix,,,1,passed\n")), true),
+        ("raters", lines(100_000, &|n| format!("s,v,p{n},t,1,1,rating,room,c{},,,,50,,1,passed\n", n % 500)), true),
+        (
+            "ranks",
+            lines(100_000, &|n| format!("s,v,p{},t,1,1,rating,room,c{},,,,{},,1,failed\n", n / 20, n % 20, n * 7 % 101)),
+            true,
+        ),
+        ("guesses", lines(100_000, &|n| format!("s,v,p{n},t,1,1,abx,i{},{two},Mix,Mix,,,1,passed\n", n % 1000)), true),
+        ("items", lines(50_000, &|n| format!("s,v,p,t,{n},1,paired,i{n},{two},,Mix,,,1,passed\n")), false),
+        ("conditions", lines(50_000, &|n| format!("s,v,p{n},t,1,1,paired,room,{},,{},,,1,passed\n", pairs(n), n % 64)), false),
         ("tables", (90..1090).map(table).collect(), true),
     ];
     for (name, text, fits) in cases {

@@ -59,13 +59,19 @@ impl Place {
         self.raw(format!("{head}{body}").as_bytes())
     }
 
+    fn version(&self) -> String {
+        let study = std::fs::read(self.folder.path().join("site/study.json")).unwrap();
+        serde_json::from_slice::<Value>(&study).unwrap()["version"].as_str().unwrap().to_owned()
+    }
+
     fn answers(&self) -> String {
         std::fs::read_to_string(self.folder.path().join("answers.csv")).unwrap()
     }
 }
 
-fn row(person: &str, answer: &str) -> Value {
-    json!(["rooms", person, "2026-01-01T00:00:00Z", "1", "paired", "hall", "x", "y", "", answer, "", "", "9.5", "passed"])
+fn row(place: &Place, person: &str, answer: &str) -> Value {
+    let cells = ["2026-01-01T00:00:00Z", "1", "1", "paired", "hall", "x", "y", "", answer, "", "", "9.5", "passed"];
+    json!([&["rooms", &*place.version(), person], &cells[..]].concat())
 }
 
 fn body(row: &Value) -> String {
@@ -80,7 +86,7 @@ fn a_thousand_answers_at_once_are_all_kept() {
             let place = &place;
             let post = move || {
                 let (status, said) =
-                    place.post("/answers", &body(&row(&format!("p{person}"), if person % 3 == 0 { "x" } else { "y" })));
+                    place.post("/answers", &body(&row(place, &format!("p{person}"), if person % 3 == 0 { "x" } else { "y" })));
                 assert_eq!((status, &*said), (200, "1 rows\n"), "{person}");
             };
             std::thread::Builder::new().stack_size(256 << 10).spawn_scoped(scope, post).unwrap();
@@ -126,7 +132,7 @@ fn the_site_is_shown_and_nothing_else() {
 fn broken_and_huge_posts_change_nothing() {
     let place = Place::new();
     let head = HEADER.join(",") + "\n";
-    let good = row("p", "x");
+    let good = row(&place, "p", "x");
     let with = |column: usize, value: &str| {
         let mut row = good.clone();
         row[column] = json!(value);
@@ -141,15 +147,17 @@ fn broken_and_huge_posts_change_nothing() {
         ("{\"rows\":[[\"a\"]]}", 422),
         ("{\"rows\":[[1]]}", 422),
         (&*with(0, "others"), 422),
-        (&*with(1, "../p"), 422),
-        (&*with(1, &"p".repeat(65)), 422),
-        (&*with(3, "first"), 422),
-        (&*with(5, "attic"), 422),
-        (&*with(6, "z"), 422),
-        (&*with(9, "z"), 422),
-        (&*with(2, "=1+1"), 422),
-        (&*with(13, "a\nb"), 422),
-        (&*with(12, &"9".repeat(129)), 422),
+        (&*with(1, "v00000000"), 422),
+        (&*with(5, "first"), 422),
+        (&*with(2, "../p"), 422),
+        (&*with(2, &"p".repeat(65)), 422),
+        (&*with(4, "first"), 422),
+        (&*with(7, "attic"), 422),
+        (&*with(8, "z"), 422),
+        (&*with(11, "z"), 422),
+        (&*with(3, "=1+1"), 422),
+        (&*with(15, "a\nb"), 422),
+        (&*with(14, &"9".repeat(129)), 422),
         (&*many, 422),
     ] {
         let (found, said) = place.post("/answers", sent);
@@ -187,7 +195,7 @@ fn broken_and_huge_posts_change_nothing() {
 #[test]
 fn an_old_file_goes_on_and_another_is_left_alone() {
     let place = Place::new();
-    assert_eq!(place.post("/answers", &body(&row("p", "x"))).0, 200);
+    assert_eq!(place.post("/answers", &body(&row(&place, "p", "x"))).0, 200);
     let (site, answers) = (place.folder.path().join("site"), place.folder.path().join("answers.csv"));
     let before = place.answers();
     // Half a line, as a machine leaves that lost its power.
@@ -216,9 +224,10 @@ fn answers_are_not_shown_though_they_lie_in_the_site() {
     let answers = site.join("answers.csv");
     for _ in 0..2 {
         let server = Server::new("127.0.0.1:0".parse().unwrap(), &[], &site, &answers).unwrap();
+        let row = row(&place, "p", "x");
         let place = Place { folder: tempfile::tempdir().unwrap(), address: server.address().unwrap() };
         std::thread::spawn(move || server.run());
-        assert_eq!(place.post("/answers", &body(&row("p", "x"))).0, 200);
+        assert_eq!(place.post("/answers", &body(&row)).0, 200);
         assert_eq!((place.get("/answers.csv").0, place.get("/study.json").0), (404, 200));
     }
 }
@@ -298,4 +307,78 @@ fn clients_without_end_cost_little_memory() {
     assert!(comes(|| place.get("/study.json").0 == 200));
     let grown = memory().saturating_sub(before);
     assert!(grown < 64 << 20, "{grown} bytes");
+}
+
+#[test]
+fn what_is_sent_is_packed_for_who_takes_it() {
+    let place = Place::new();
+    let get = |head: &str| {
+        let mut stream = TcpStream::connect(place.address).unwrap();
+        write!(stream, "GET /main.js HTTP/1.1\r\nHost: localhost\r\n{head}\r\n").unwrap();
+        let mut said = Vec::new();
+        stream.read_to_end(&mut said).unwrap();
+        let at = said.windows(4).position(|four| four == b"\r\n\r\n").unwrap();
+        (String::from_utf8_lossy(&said[..at]).into_owned(), said.split_off(at + 4))
+    };
+    let (head, plain) = get("");
+    assert!(!head.contains("gzip") && plain.starts_with(b"//"), "{head}");
+    let (head, packed) = get("Accept-Encoding: br, gzip\r\n");
+    assert!(head.contains("Content-Encoding: gzip\r\n") && head.contains("text/javascript"), "{head}");
+    assert!(packed.starts_with(&[0x1f, 0x8b]) && packed.len() * 2 < plain.len());
+    assert_eq!(packed, std::fs::read(place.folder.path().join("site/main.js.gz")).unwrap());
+}
+
+/// A study of these items, as its page has it, and what is noted; tones of 1 s and 16 kHz unless they are named otherwise.
+fn made(items: &Value) -> Result<(Value, Vec<String>, tempfile::TempDir), String> {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name);
+    for (name, rate, frames) in [("x.wav", 16_000, 16_000_u16), ("short.wav", 16_000, 12_000), ("fast.wav", 24_000, 24_000)] {
+        let tone: Vec<f32> = (0..frames).map(|i| 0.1 * (f32::from(i) * 0.3).sin()).collect();
+        wav::write(&at(name), rate, &[&tone], Format::Int16).unwrap();
+    }
+    let study = json!({ "study": "s", "title": "S", "parts": [{ "method": "paired", "items": items }] });
+    std::fs::write(at("study.json"), study.to_string()).unwrap();
+    let study = Study::read(&at("study.json")).map_err(|error| error.to_string())?;
+    let made = write_site(&study, &at("study.json"), &at("site"), Some(b"\0asm")).map_err(|error| error.to_string())?;
+    let page = serde_json::from_slice(&std::fs::read(at("site/study.json")).unwrap()).unwrap();
+    Ok((page, made.notes, folder))
+}
+
+#[test]
+fn sounds_that_go_round_together_have_one_length_and_rate() {
+    let of = |other: &str| made(&json!([{ "name": "hall", "conditions": { "a": "x.wav", "b": other } }]));
+    let (page, notes, folder) = of("short.wav").unwrap();
+    assert!(notes.len() == 1 && notes[0].contains("short.wav: 0.750 s, with silence to 1.000 s"), "{notes:?}");
+    let file = |i: usize| page["parts"][0]["items"][0]["conditions"][i]["file"].as_str().unwrap();
+    let frames = |i: usize| promenade_audio::sound::read(&folder.path().join("site").join(file(i))).unwrap().frames();
+    assert_eq!([frames(0), frames(1)], [16_000; 2]);
+    let refused = of("fast.wav").unwrap_err();
+    assert!(refused.contains("fast.wav: expected 16000 Hz, as ") && refused.contains("found 24000 Hz"), "{refused}");
+    // What is heard is part of the version.
+    assert_ne!(page["version"], of("x.wav").unwrap().0["version"]);
+}
+
+#[test]
+fn scenes_of_an_item_share_one_place() {
+    let scene = |name: &str| format!("{}/../../presets/library/{name}.promenade", env!("CARGO_MANIFEST_DIR"));
+    let (one, other) = (scene("living-room"), scene("dry-studio"));
+    let item = |conditions: Value, start: Value| json!([{ "name": "rooms", "dry": "x.wav", "conditions": conditions, "start": start }]);
+    let place =
+        |conditions, start| made(&item(conditions, start)).map(|(page, ..)| page["parts"][0]["items"][0]["place"].clone());
+    let found = place(json!({ "a": one, "b": other }), Value::Null).unwrap();
+    for name in [&one, &other] {
+        let scene = promenade_core::Scene::from_bytes(&std::fs::read(name).unwrap()).unwrap();
+        let (low, high) = scene.bounds();
+        for axis in 0..2 {
+            let [from, to] = [0, 1].map(|end: usize| found["bounds"][end][axis].as_f64().unwrap() as f32);
+            assert!(low[axis] <= from && from < to && to <= high[axis], "{name}: {found}");
+        }
+    }
+    let at = |place: &Value, axis: usize| place["start"]["position"][axis].as_f64().unwrap();
+    let [x, y] = [0, 1].map(|axis| at(&found, axis));
+    let told = place(json!({ "a": one, "b": other }), json!([x, y, 1.25, 90.0])).unwrap();
+    let turn = told["start"]["quaternion"][2].as_f64().unwrap();
+    assert!((at(&told, 2) - 1.25).abs() < 1e-6 && (turn - 0.5_f64.sqrt()).abs() < 1e-6, "{told}");
+    let beyond = place(json!({ "a": one, "b": other }), json!([99.0, y, 1.25, 0.0])).unwrap_err();
+    assert!(beyond.contains("item \"rooms\" to start within x "), "{beyond}");
 }

@@ -67,7 +67,7 @@ export function choices(select, pairs, chosen) {
   select.replaceChildren(...pairs.map(([value, text]) => new Option(text, value, false, String(value) === String(chosen))));
 }
 
-/** The list of sounds, made anew. `on` has what happens: dry, scene, level, remove. */
+/** The list of sounds, made anew. `on` has what happens: dry, scene, level, remove, here. */
 export function soundList(list, voices, site, on) {
   list.replaceChildren(
     ...voices.map((voice, i) => {
@@ -102,6 +102,12 @@ export function soundList(list, voices, site, on) {
       remove.setAttribute("aria-label", `Remove ${title.toLowerCase()}`);
       remove.addEventListener("click", () => on.remove(voice));
       item.append(remove);
+      if (i > 0) {
+        const here = Object.assign(document.createElement("button"), { type: "button", textContent: "Put here" });
+        here.setAttribute("aria-label", `Put ${title.toLowerCase()} in front of you`);
+        here.addEventListener("click", () => on.here(voice));
+        item.append(here);
+      }
       if (site.scenes.length > 1 && voices.length > 1) {
         const scene = document.createElement("select");
         scene.className = "where";

@@ -1,7 +1,7 @@
 // The listener: keys, mouse, touch and buttons become a position and a turn of the head.
 
 import { add, angles, length, minus, ofAngles, times } from "./turns.js";
-import { EASE_S, KEYS as ON_THE_FLOOR, TURN, WALK } from "./walking.js";
+import { EASE_S, KEYS as ON_THE_FLOOR, TURN, WALK, keyOf } from "./walking.js";
 
 /** By how much Shift is faster. */
 const FASTER = 2.5;
@@ -75,11 +75,13 @@ export class Listener extends EventTarget {
       else this.held.delete(name);
       if (on) this.touched();
     };
-    canvas.addEventListener("keydown", (event) => {
-      if (event.ctrlKey || event.metaKey || event.altKey) return;
+    // Walking and turning wherever the focus is, the rest where the place has it.
+    addEventListener("keydown", (event) => {
+      const here = event.target === canvas && !(event.ctrlKey || event.metaKey || event.altKey);
+      const name = keyOf(event) ?? (here ? KEYS[event.code] : undefined);
       this.fast = event.shiftKey;
-      if (event.code === "Home") this.goHome();
-      else if (KEYS[event.code]) move(KEYS[event.code], true);
+      if (name) move(name, true);
+      else if (here && event.code === "Home") this.goHome();
       else return;
       event.preventDefault();
     });
@@ -113,7 +115,7 @@ export class Listener extends EventTarget {
     canvas.addEventListener("pointerdown", (event) => {
       canvas.focus({ preventScroll: true });
       canvas.setPointerCapture(event.pointerId);
-      drag = { x: event.clientX, y: event.clientY, far: 0 };
+      drag = { x: event.clientX, y: event.clientY, far: 0, sound: this.stage.soundAt(event.clientX, event.clientY, this.pose) };
     });
     canvas.addEventListener("pointermove", (event) => {
       if (!drag) return;
@@ -121,6 +123,11 @@ export class Listener extends EventTarget {
       [drag.x, drag.y] = [event.clientX, event.clientY];
       drag.far += Math.abs(dx) + Math.abs(dy);
       if (drag.far < 5) return;
+      if (drag.sound) {
+        const to = this.stage.ground(event.clientX, event.clientY, { position: drag.sound.position });
+        if (to) this.dispatchEvent(new CustomEvent("drag", { detail: { sound: drag.sound, to } }));
+        return;
+      }
       this.yaw -= dx * DRAG;
       if (this.stage.eyes) this.look(-dy * DRAG);
       this.touched();

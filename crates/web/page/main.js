@@ -12,8 +12,11 @@ import { Site } from "./site.js";
 import { Stage } from "./stage.js";
 import { Voices } from "./voices.js";
 import { clear, say, show } from "./messages.js";
+import { add } from "./turns.js";
 
 const at = (id) => document.getElementById(id);
+/** An added sound stands so far beside the one before, metres. */
+const APART = 1;
 /** Poses are sent for so long after the last move, seconds. */
 const AFTER_S = 0.3;
 
@@ -30,8 +33,16 @@ try {
   failed("site", error, () => location.reload());
   throw error;
 }
-document.title = site.title ?? "Promenade";
-at("title").textContent = site.title ?? "Promenade";
+
+/** The heading and the tab follow the place, after a title of the page's own. */
+function entitle({ name }) {
+  const own = site.title && site.title !== site.scenes[0].name ? `${site.title}: ` : "";
+  document.title = at("title").textContent = own + name;
+}
+entitle(site.scenes[0]);
+// What must have come before anything is heard.
+const expected = (site.scenes[0].bytes ?? 0) + (site.sounds[0]?.bytes ?? 0);
+site.progress = (received) => (at("loading").value = Math.min(received / Math.max(expected, 1), 1));
 
 const canvas = at("stage");
 const stage = new Stage(canvas);
@@ -61,9 +72,11 @@ async function showPlace() {
   shown = number;
   const scene = site.scenes[number];
   const outline = scene.outline ? await site.json(scene.outline).catch(() => []) : [];
-  const rows = await walk.rowsFor(scene);
+  if (first) walk.offer(number);
+  const rows = await walk.rowsFor();
   stage.show(found, { outline, path: rows });
   if (first) {
+    entitle(scene);
     listener.enter(found.description);
     walk.use(rows);
     about(found.description, scene);
@@ -86,9 +99,9 @@ async function showPlace() {
 function drawSounds() {
   stage.sounds = voices.voices.flatMap((voice, i) => {
     const emitter = voice.loaded?.place.description.emitter;
-    return emitter
-      ? [{ position: emitter, name: voices.voices.length > 1 ? `${i + 1} ${voice.dry.name}` : voice.dry.name }]
-      : [];
+    if (!emitter) return [];
+    const name = voices.voices.length > 1 ? `${i + 1} ${voice.dry.name}` : voice.dry.name;
+    return [{ position: add(emitter, voice.offset), name, voice: i > 0 ? voice : null }];
   });
 }
 
@@ -163,6 +176,10 @@ function listSounds() {
       voice.scene = number;
       attempt("scene", () => voices.load(voice));
     },
+    here: (voice) => {
+      const ahead = [Math.cos(listener.heading), Math.sin(listener.heading), 0];
+      putAt(voice, add(listener.position, ahead));
+    },
     level: (voice, level) => voices.setLevel(voice, level),
     remove: (voice) => {
       voices.remove(voice);
@@ -173,11 +190,18 @@ function listSounds() {
   drawSounds();
 }
 
+/** Puts an added sound at a place of the floor, at its height. */
+function putAt(voice, [x, y]) {
+  const emitter = voice.loaded?.place.description.emitter;
+  if (emitter) voices.put(voice, [x - emitter[0], y - emitter[1], 0]);
+  drawSounds();
+}
+
 at("add-sound").addEventListener("click", () =>
   attempt("sound", async () => {
-    // The next scene that sounds from elsewhere, if there is one.
-    const free = site.scenes.findIndex((_, n) => !voices.voices.some((v) => (v.scene ?? voices.place) === n));
-    await voices.add(ofSite(voices.voices.length % Math.max(site.sounds.length, 1)), free < 0 ? null : free);
+    const count = voices.voices.length;
+    const voice = await voices.add(ofSite(count % Math.max(site.sounds.length, 1)));
+    voices.put(voice, [0, APART * count, 0]);
     listSounds();
   }),
 );
@@ -295,6 +319,8 @@ listener.addEventListener("touched", () => {
   touch();
   if (walk.playing && !walk.ownHead) walk.stop();
 });
+listener.addEventListener("drag", ({ detail: { sound, to } }) => putAt(sound.voice, to));
+walk.addEventListener("chosen", () => Object.assign(stage, { path: walk.rows, dirty: true }));
 listener.addEventListener("jump", () => {
   walk.stop();
   voices.jump(listener.pose);
@@ -384,6 +410,8 @@ listSounds();
 await attempt("engine", async () => {
   await compile();
   await output.open();
+  at("loading").hidden = true;
+  Object.assign(at("listen"), { textContent: "Listen", disabled: false });
 });
 output.connectControls();
 // For whoever steers the page from outside, as its tests do.

@@ -4,18 +4,17 @@ import { choices } from "./controls.js";
 
 const at = (id) => document.getElementById(id);
 
-export class PathWalk {
+export class PathWalk extends EventTarget {
   constructor(site, voices, listener) {
+    super();
     Object.assign(this, { site, voices, listener, rows: [], playing: false });
-    choices(
-      at("path"),
-      site.paths.map((p, n) => [n, p.name]),
-      0,
-    );
     at("path-play").addEventListener("click", () => (this.playing ? this.stop() : this.play()));
     for (const id of ["path-loop", "path-head"])
       at(id).addEventListener("change", () => this.playing && this.play(this.along));
-    at("path").addEventListener("change", async () => this.use(await this.rowsFor()));
+    at("path").addEventListener("change", async () => {
+      this.use(await this.rowsFor());
+      this.dispatchEvent(new Event("chosen"));
+    });
     at("along").addEventListener("input", () => this.play(Number(at("along").value)));
   }
 
@@ -23,9 +22,16 @@ export class PathWalk {
     return at("path-head").checked;
   }
 
+  /** Offers the paths of a scene, by its number, and no others: they would lead through its walls. */
+  offer(scene) {
+    const paths = this.site.paths.flatMap((path, n) => (path.scene === scene ? [[n, path.name]] : []));
+    choices(at("path"), paths, paths[0]?.[0]);
+  }
+
   /** Rows of the path that is chosen. */
   async rowsFor() {
-    const path = this.site.paths[Number(at("path").value)];
+    const { value } = at("path");
+    const path = value === "" ? null : this.site.paths[Number(value)];
     return path ? this.site.json(path.file) : [];
   }
 

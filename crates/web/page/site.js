@@ -22,14 +22,25 @@ export class Site {
     this.kept = new Map();
   }
 
-  /** The bytes of a file of the site, fetched once. */
+  /** The bytes of a file of the site, fetched once; `progress(bytes)` is called with those that have come of all files. */
   bytes(file) {
     if (!this.kept.has(file)) {
-      const asked = get(file).then((response) => response.arrayBuffer());
+      const asked = get(file).then((response) => this.read(response));
       asked.catch(() => this.kept.delete(file));
       this.kept.set(file, asked);
     }
     return this.kept.get(file);
+  }
+
+  async read(response) {
+    const counted = new TransformStream({
+      transform: (piece, out) => {
+        this.received = (this.received ?? 0) + piece.length;
+        this.progress?.(this.received);
+        out.enqueue(piece);
+      },
+    });
+    return new Response(response.body.pipeThrough(counted)).arrayBuffer();
   }
 
   /** JSON of a file of the site. */

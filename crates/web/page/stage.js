@@ -31,6 +31,8 @@ void main() {
 const STEEP = 1.05;
 const ANGLE = 0.7;
 const FLOATS = 8;
+/** How near to a sound a drag takes it, pixels. */
+const GRASP = 22;
 /** Splats higher than this above the listener are left out of the plan, metres: ceilings would hide all else. */
 const ABOVE = 0.2;
 
@@ -178,6 +180,20 @@ export class Stage {
     if (ray[2] > -1e-3) return null;
     const at = add(eye, times(ray, (height - eye[2]) / ray[2]));
     return [at[0], at[1], height];
+  }
+
+  /** The sound that can be dragged at a point of the page, in pixels. */
+  soundAt(x, y, pose) {
+    if (!this.place || this.eyes) return null;
+    const box = this.canvas.getBoundingClientRect();
+    const camera = this.camera(pose);
+    const far = ({ position }) => {
+      const at = project(camera, position);
+      if (!at) return Infinity;
+      return Math.hypot(box.left + ((at[0] + 1) / 2) * box.width - x, box.top + ((1 - at[1]) / 2) * box.height - y);
+    };
+    const near = this.sounds.filter((sound) => sound.voice && far(sound) < GRASP).sort((a, b) => far(a) - far(b));
+    return near[0] ?? null;
   }
 
   resize() {

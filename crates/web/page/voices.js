@@ -8,9 +8,12 @@ import { Engine } from "./engine/engine.js";
  */
 export class Voice {
   constructor(dry, scene = null) {
-    Object.assign(this, { dry, scene, level: 0, engine: null, source: null, loaded: null });
+    // How far it has been put from where its scene has it, metres.
+    Object.assign(this, { dry, scene, level: 0, offset: [0, 0, 0], engine: null, source: null, loaded: null });
   }
 }
+
+const offsets = ({ offset: [offsetX, offsetY, offsetZ] }) => ({ offsetX, offsetY, offsetZ });
 
 export class Voices extends EventTarget {
   constructor(site) {
@@ -57,11 +60,11 @@ export class Voices extends EventTarget {
   async begin(voice) {
     const { context } = this;
     const engine = await Engine.create(context);
-    if (this.context !== context || voice.engine) return;
+    if (this.context !== context || voice.engine) return engine.close();
     voice.engine = engine;
     voice.gain = new GainNode(context, { gain: 10 ** (voice.level / 20) });
     engine.output.connect(voice.gain).connect(this.master);
-    engine.set(this.values);
+    engine.set({ ...this.values, ...offsets(voice) });
     if (this.rows.length > 0) engine.setPath(this.rows);
     if (this.pose) engine.jump(this.pose.position, this.pose.quaternion);
     for (const kind of ["report", "died", "entered"]) {
@@ -130,6 +133,12 @@ export class Voices extends EventTarget {
   setLevel(voice, level) {
     voice.level = level;
     voice.gain?.gain.setTargetAtTime(10 ** (level / 20), this.context.currentTime, 0.02);
+  }
+
+  /** Puts a sound elsewhere in its scene. */
+  put(voice, offset) {
+    voice.offset = offset;
+    voice.engine?.set(offsets(voice));
   }
 
   each(work) {

@@ -17,3 +17,10 @@ export const KEYS = {
   KeyQ: "turn-left",
   KeyE: "turn-right",
 };
+
+/** Where a pressed key leads, wherever the focus is: not where a control has that key for itself. */
+export function keyOf({ code, target, ctrlKey, metaKey, altKey }) {
+  if (ctrlKey || metaKey || altKey || target.matches?.("select, textarea, input[type=text]")) return undefined;
+  if (code.startsWith("Arrow") && target.matches?.("input[type=range], input[type=radio]")) return undefined;
+  return KEYS[code];
+}

@@ -73,7 +73,10 @@ pub(crate) struct StudyReportArgs {
     /// Chance at which a difference is called significant
     #[arg(long, value_name = "P", default_value_t = 0.05, value_parser = within(0.0001, 0.5))]
     pub(crate) level: f64,
-    /// Keep the ratings of persons who do not hear the hidden references
+    /// Keep persons who failed the headphone check
+    #[arg(long)]
+    pub(crate) keep_failed: bool,
+    /// Keep the ratings of persons who do not hear the hidden references, or rate mid anchors as high
     #[arg(long)]
     pub(crate) keep_all: bool,
     #[command(flatten)]

@@ -21,6 +21,7 @@ fn answer<'a>(site: &'a Site, request: &Request<'_, '_>) -> Response<'a> {
         name => name,
     };
     let known = matches!(&*request.method, "GET" | "HEAD");
-    let found = site.files().get(name).filter(|_| known);
-    found.map_or_else(Response::nothing, |bytes| Response::found(promenade_web::media_type(name), bytes))
+    let found = |file: &str| Some(Response::found(promenade_web::media_type(name), site.files().get(file).filter(|_| known)?));
+    let packed = if request.gzip { found(&format!("{name}.gz")) } else { None };
+    packed.map(Response::gzipped).or_else(|| found(name)).unwrap_or_else(Response::nothing)
 }

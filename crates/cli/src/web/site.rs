@@ -7,6 +7,7 @@ use promenade_baker::{atomic, file};
 use promenade_core::{MAX_SCENE_BYTES, network::Placement};
 use promenade_paths::ImportOptions;
 use promenade_player::{read_head, read_headphones};
+use promenade_study::http::compressed;
 use promenade_web::ENGINE_FILE;
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
@@ -45,12 +46,13 @@ impl Site {
     pub(crate) fn add_scene(&mut self, from: &Path, splats: Option<Value>) -> Result<()> {
         let read = scene::read(from)?;
         let bytes = file::read(from, MAX_SCENE_BYTES as u64).with_context(|| format!("{}: cannot be read", from.display()))?;
+        let count = bytes.len();
         let file = self.add("scenes", from, "promenade", bytes);
         let mesh = from.with_extension("obj");
         let outline = if mesh.is_file() { outline::of(&mesh)? } else { None };
         let outline = outline.map(|edges| self.add("scenes", from, "outline.json", json!(edges).to_string().into_bytes()));
         let title = if read.title().is_empty() { stem(from) } else { read.title().to_owned() };
-        let mut entry = json!({ "name": title, "file": file, "outline": outline });
+        let mut entry = json!({ "name": title, "file": file, "bytes": count, "outline": outline });
         if let Some(splats) = splats {
             entry["splats"] = splats;
         }
@@ -58,15 +60,18 @@ impl Site {
         Ok(())
     }
 
-    pub(crate) fn add_sound(&mut self, from: &Path) -> Result<()> {
+    /// A dry sound, and who made it.
+    pub(crate) fn add_sound(&mut self, from: &Path, credit: Option<&str>) -> Result<()> {
         let bytes = file::read(from, MOST_SOUND_BYTES).with_context(|| format!("{}: cannot be read", from.display()))?;
         let ending = from.extension().map_or(String::new(), |e| e.to_string_lossy().into_owned());
+        let count = bytes.len();
         let file = self.add("sounds", from, &ending, bytes);
-        self.list("sounds", json!({ "name": stem(from), "file": file }));
+        self.list("sounds", json!({ "name": stem(from), "file": file, "bytes": count, "credit": credit }));
         Ok(())
     }
 
-    pub(crate) fn add_path(&mut self, from: &Path) -> Result<()> {
+    /// A path in a scene, by its number.
+    pub(crate) fn add_path(&mut self, from: &Path, scene: usize) -> Result<()> {
         let imported = path::read(from, &ImportOptions::default())?;
         report::notes(&imported.notes);
         let row = |k: &promenade_paths::Keyframe| {
@@ -75,7 +80,7 @@ impl Site {
         };
         let rows: Vec<_> = imported.path.keyframes().iter().map(row).collect();
         let file = self.add("paths", from, "json", json!(rows).to_string().into_bytes());
-        self.list("paths", json!({ "name": stem(from), "file": file }));
+        self.list("paths", json!({ "name": stem(from), "file": file, "scene": scene }));
         Ok(())
     }
 
@@ -103,6 +108,10 @@ impl Site {
             contents[*name] = json!(list);
         }
         self.files.insert("site.json".to_owned(), contents.to_string().into_bytes());
+        // Servers send these instead to browsers that take them.
+        let smaller = |(name, bytes): (&String, &Vec<u8>)| Some((format!("{name}.gz"), compressed(name, bytes)?));
+        let packed: Vec<_> = self.files.iter().filter_map(smaller).collect();
+        self.files.extend(packed);
         self
     }
 

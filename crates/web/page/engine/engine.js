@@ -111,12 +111,7 @@ export class Engine extends EventTarget {
 
   start() {
     const { context, module } = this;
-    if (this.node) {
-      // What it still has to say is of the past.
-      this.node.port.onmessage = this.node.onprocessorerror = null;
-      this.node.port.close();
-      this.node.disconnect();
-    }
+    if (this.node) this.end();
     this.node = new AudioWorkletNode(context, "promenade", {
       numberOfInputs: 1,
       numberOfOutputs: 1,
@@ -129,6 +124,15 @@ export class Engine extends EventTarget {
     preparer.call({ kind: "connect", port: port1 }, [port1]);
     this.node.port.postMessage({ kind: "decoder", port: port2 }, [port2]);
     this.input.connect(this.node).connect(this.output);
+  }
+
+  /** Ends the processor: the audio thread runs it, whatever it is connected to, until it says itself that it is done. */
+  end() {
+    // What it still has to say is of the past.
+    this.node.port.onmessage = this.node.onprocessorerror = null;
+    this.post({ kind: "close" });
+    this.input.disconnect();
+    this.node.disconnect();
   }
 
   hear(data) {
@@ -275,10 +279,9 @@ export class Engine extends EventTarget {
 
   /** Lets go of everything. */
   close() {
-    for (const slot of [...this.loaded.keys()]) this.drop(slot);
-    this.node.disconnect();
-    this.node.port.close();
-    this.input.disconnect();
+    for (const { name } of this.loaded.values()) preparer.call({ kind: "forget", name });
+    this.loaded.clear();
+    this.end();
     this.output.disconnect();
   }
 }

@@ -36,7 +36,8 @@ const answers = {
 
   /** Connects a port of an audio thread, which asks for poses. */
   connect({ port }) {
-    port.onmessage = ({ data: { name, slot, stream, pose } }) => {
+    port.onmessage = ({ data: { closed, name, slot, stream, pose } }) => {
+      if (closed) return port.close();
       const decoder = decoders.get(name);
       if (!decoder) return;
       const row = decoder.row(decoder.f.decode(...pose));

@@ -109,6 +109,20 @@ class PromenadeProcessor extends AudioWorkletProcessor {
     };
   }
 
+  /** Is done for good: the next block is its last, and its memories go. */
+  close() {
+    this.closed = true;
+    this.current = this.leaving = null;
+    this.slots.clear();
+    this.warm.clear();
+    this.arriving = [];
+    this.decoderPort?.postMessage({ closed: true });
+    for (const port of [this.decoderPort, this.port]) {
+      if (port) port.onmessage = null;
+      port?.close();
+    }
+  }
+
   // Instances.
 
   instances() {
@@ -178,6 +192,7 @@ class PromenadeProcessor extends AudioWorkletProcessor {
   }
 
   process([input], [output]) {
+    if (this.closed) return false;
     const n = output[0].length;
     if (this.arriving.length > 0) this.receive({ kind: "copyNext" });
     if (!this.current || this.dead) return this.report(n);
