@@ -62,7 +62,10 @@ fn failures_are_one_line_and_leave_nothing() {
     let (room, dry, out) = (scene("iosr-room-a.promenade"), text(&folder, "dry.wav"), text(&folder, "new/out.wav"));
     for (args, clue) in [
         (vec!["none.promenade", &dry, &out], "none.promenade: cannot be read: "),
-        (vec![&dry, &dry, &out], "dry.wav: no readable scene: "),
+        (
+            vec![&dry, &dry, &out],
+            "dry.wav: expected a scene, which is the first file and ends in .promenade, found a file that ends in .wav",
+        ),
         (vec![&room, "none.wav", &out], "none.wav: cannot be read: "),
         (vec![&room, &dry, &out, "--path", "none.json"], "none.json: cannot be read: "),
         (vec![&room, &dry, &out, "--tier", "reference"], "promenade: tier: expected draft or standard, found reference"),
