@@ -29,8 +29,6 @@ mod study;
 mod surface;
 #[cfg(feature = "train")]
 mod train;
-#[cfg(any(test, not(feature = "train")))]
-mod untrained;
 mod values;
 mod web;
 
@@ -69,8 +67,6 @@ pub(crate) use study::{Study, StudyArgs, StudyReportArgs, StudyServeArgs, StudyS
 pub(crate) use surface::{Shape, SurfaceArgs};
 #[cfg(feature = "train")]
 pub(crate) use train::{MAX_THREADS, TrainArgs};
-#[cfg(not(feature = "train"))]
-pub(crate) use untrained::without_training;
 pub(crate) use web::WebArgs;
 
 /// Make a dry track sound as in a real, captured place, for a listener who walks and turns.

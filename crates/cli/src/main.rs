@@ -35,6 +35,8 @@ mod surface;
 mod t20;
 #[cfg(feature = "train")]
 mod train;
+#[cfg(any(test, not(feature = "train")))]
+mod untrained;
 mod web;
 
 use promenade_baker::file::keep_inputs;
@@ -63,7 +65,7 @@ fn main() -> ExitCode {
         #[cfg(feature = "train")]
         args::Command::Refine(a) => refine::run(&a),
         #[cfg(not(feature = "train"))]
-        args::Command::Train(rest) | args::Command::Refine(rest) => args::without_training(&rest.words),
+        args::Command::Train(rest) | args::Command::Refine(rest) => untrained::without_training(&rest.words),
         args::Command::Eval(a) => eval::run(&a),
         args::Command::Study(a) => study::run(&a),
         args::Command::Web(args) => web::run(&args),

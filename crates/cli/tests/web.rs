@@ -65,7 +65,7 @@ fn what_makes_no_page_is_said() {
     let splats = |file: &str| web(&[SCENE, "--engine", &engine, "--splats", &at(file)]);
     assert!(splats("cut.ply").contains("cut.ply: expected splats with the property y, found none of this name"));
     assert!(splats("odd.splat").contains("odd.splat: expected 32 bytes a splat, found 33 bytes"));
-    assert!(splats("no.promenade").contains("expected splats as .ply or .splat"));
+    assert!(splats("engine.wasm").contains("expected splats as .ply or .splat"));
     assert!(fails(&["web", SCENE, "--engine", &engine, "-o", &engine]).contains("expected a folder to write, found a file"));
     assert!(!folder.path().join("site").exists(), "nothing is left");
 }

@@ -22,8 +22,6 @@ use std::process::ExitCode;
 pub const HELP: &str = "\
 SCENE DRY -o OUT [options]   plays DRY (WAV, AIFF, FLAC) through SCENE into OUT (WAV)
 SCENE DRY --play             plays to the sound card (feature `play`)
-
-Files
   -o, --output OUT          what is written; - stands for standard input and output here and in DRY
 
 The listener
@@ -55,7 +53,6 @@ How it is played
   --bits FORMAT             16, 24, 32 or 32f [24]
   --block N                 samples rendered at a time [4096]
   --play                    to the sound card
-
 Examples
   promenade render loft.promenade phrase.flac -o walk.wav --path loft.json
   sox speech.wav -t wav - | promenade render loft.promenade - -o - --pose 2,3,1.6,90,0,0 > heard.wav

@@ -36,7 +36,7 @@ mod tests {
 
     #[test]
     fn the_line_names_this_package_and_a_feature_that_it_has() {
-        let manifest = include_str!("../../Cargo.toml");
+        let manifest = include_str!("../Cargo.toml");
         let mut words = WITH_TRAINING.split(' ').skip_while(|word| *word != "-p").skip(1);
         assert_eq!(words.next(), Some(env!("CARGO_PKG_NAME")));
         let feature = words.nth(1).unwrap();
