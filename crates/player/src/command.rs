@@ -55,7 +55,7 @@ How it is played
   --play                    to the sound card
 Examples
   promenade render loft.promenade phrase.flac -o walk.wav --path loft.json
-  sox speech.wav -t wav - | promenade render loft.promenade - -o - --pose 2,3,1.6,90,0,0 > heard.wav
+  sox speech.wav -t wav - | promenade render loft.promenade - -o - | play -
 ";
 
 /// Runs a command line, `args` without the program's name: exit status 0 for success, 1 for failure with a line `error: ...`,
