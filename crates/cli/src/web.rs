@@ -12,11 +12,18 @@ use anyhow::{Result, ensure};
 use promenade_core::network::Placement;
 use promenade_paths::PlacementOptions;
 use site::Site;
+use std::path::PathBuf;
 
 pub(crate) fn run(args: &WebArgs) -> Result<()> {
-    let (scenes, given) = (args.scenes.len(), args.splats.len());
+    // An option with several files takes what follows it: what is a scene is told by its ending.
+    let is_scene = |file: &&PathBuf| file.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("promenade"));
+    let lists = [&args.dry, &args.path, &args.head, &args.headphones, &args.splats];
+    let all: Vec<&PathBuf> = args.scenes.iter().chain(lists.iter().flat_map(|list| list.iter().filter(is_scene))).collect();
+    let [dry, path, head, headphones, splats] =
+        lists.map(|list| list.iter().filter(|file| !is_scene(file)).collect::<Vec<_>>());
+    let (scenes, given) = (all.len(), splats.len());
     ensure!(given <= scenes, "--splats: expected at most one file a scene, {scenes}, found {given}");
-    let (sounds, credits, paths) = (args.dry.len(), args.credit.len(), args.path.len());
+    let (sounds, credits, paths) = (dry.len(), args.credit.len(), path.len());
     ensure!(credits <= sounds, "--credit: expected at most one text a dry sound, {sounds}, found {credits}");
     ensure!(scenes == 1 || paths <= scenes, "--path: expected at most one file a scene, {scenes}, found {paths}");
     let options = args.placement.options();
@@ -27,18 +34,18 @@ pub(crate) fn run(args: &WebArgs) -> Result<()> {
     let placement = options.over(&Placement::IDENTITY, &[])?;
     let engine = engine::read(args.engine.as_deref())?;
     let mut site = Site::new(engine);
-    for (number, file) in args.scenes.iter().enumerate() {
-        let splats = args.splats.get(number).map(|file| site.add_splats(file, &placement)).transpose()?;
+    for (number, file) in all.into_iter().enumerate() {
+        let splats = splats.get(number).map(|file| site.add_splats(file, &placement)).transpose()?;
         site.add_scene(file, splats)?;
     }
-    for (number, file) in args.dry.iter().enumerate() {
+    for (number, file) in dry.iter().enumerate() {
         site.add_sound(file, args.credit.get(number).map(String::as_str))?;
     }
-    for (number, file) in args.path.iter().enumerate() {
+    for (number, file) in path.iter().enumerate() {
         site.add_path(file, if scenes == 1 { 0 } else { number })?;
     }
-    args.head.iter().try_for_each(|file| site.add_head(file))?;
-    args.headphones.iter().try_for_each(|file| site.add_headphones(file))?;
+    head.iter().try_for_each(|file| site.add_head(file))?;
+    headphones.iter().try_for_each(|file| site.add_headphones(file))?;
     let site = site.finish(args.title.as_deref());
     if let Some(folder) = &args.output {
         ensure!(!folder.is_file(), "{}: expected a folder to write, found a file", folder.display());

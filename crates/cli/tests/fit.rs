@@ -95,6 +95,7 @@ fn a_full_fit_writes_its_room_and_goes_on_where_it_was_stopped() {
     let absorption = numbers["surfaces"][4]["absorption"][9]["value"].as_f64().unwrap();
     assert!((absorption - 0.36).abs() < 0.2, "images up to order 3 tell it roughly: {absorption}");
     let report = fs::read_to_string(text("room.report.md")).unwrap();
+    assert!(report.contains("## Beside a regression") && report.contains("| regression on log distance |"), "{report}");
     assert!(
         report.contains("## Places") && report.contains("± 0.0") && report.contains("no reverberation is known"),
         "{report}"
@@ -171,7 +172,12 @@ fn measurements_that_cannot_be_right_are_refused_or_named() {
     fs::write(&millimetres, box_obj.lines().map(scaled).collect::<Vec<_>>().join("\n")).unwrap();
     let [open, millimetres] = [open, millimetres].map(|p| p.to_str().unwrap().to_owned());
     let out = place("x.obj").to_str().unwrap().to_owned();
+    let ears = measured(&place("ears"), &fine, &AT, 1.0);
+    let manifest = place("ears").join("measurements.json");
+    let text = fs::read_to_string(&manifest).unwrap().replacen("\"file\"", "\"kind\": \"binaural\", \"file\"", 1);
+    fs::write(&manifest, text).unwrap();
     all_fail(&[
+        (vec!["fit", lengths, &ears, "-o", &out], "models no head"),
         (vec!["fit", lengths, &few, "-o", &out], "at least 3 responses, found 2"),
         (vec!["fit", &millimetres, &set, "-o", &out], "--scale 0.001 "),
         (vec!["fit", lengths, &set, "-o", "x.glb"], "ending in .obj or .promenade"),

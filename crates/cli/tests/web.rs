@@ -30,9 +30,9 @@ fn a_site_holds_what_it_was_given_and_names_no_other_host() {
     let given = [
         SCENE,
         ROOM,
-        ROOM,
         "--dry",
         SPEECH,
+        ROOM,
         "--credit",
         "A. Reader",
         "--path",
@@ -88,7 +88,7 @@ fn what_makes_no_page_is_said() {
     let splats = |file: &str| web(&[SCENE, "--engine", &engine, "--splats", &at(file)]);
     assert!(splats("cut.ply").contains("cut.ply: expected splats with the property y, found none of this name"));
     assert!(splats("odd.splat").contains("odd.splat: expected 32 bytes a splat, found 33 bytes"));
-    assert!(splats("no.promenade").contains("expected splats as .ply or .splat"));
+    assert!(splats("engine.wasm").contains("expected splats as .ply or .splat"));
     assert!(fails(&["web", SCENE, "--engine", &engine, "-o", &engine]).contains("expected a folder to write, found a file"));
     assert!(!folder.path().join("site").exists(), "nothing is left");
 }
