@@ -174,6 +174,18 @@ mod tests {
     }
 
     #[test]
+    fn commands_of_the_documents_are_understood() {
+        let all = promenade_testing::documents::commands("promenade");
+        assert!(all.len() > 40, "{} commands", all.len());
+        let ours = all.iter().filter(|(_, words)| words[0] != "render");
+        let wrong = ours.filter_map(|(path, words)| {
+            let parsed = Cli::try_parse_from([&["promenade".to_owned()], &words[..]].concat());
+            parsed.err().map(|error| format!("{}: promenade {}: {error}", path.display(), words.join(" ")))
+        });
+        assert_eq!(wrong.collect::<Vec<_>>().join("\n"), "");
+    }
+
+    #[test]
     fn older_names_are_understood() {
         for (line, now) in [
             ("bake responses a -o b --source 1", "bake responses a -o b --emitter-number 1"),
