@@ -77,7 +77,7 @@ pub(super) const EXAMPLES: [(&str, [&str; 2]); 33] = [
     ),
     (
         "fit",
-        ["fit 6,4,2.8 measurements -o fitted.obj", "fit box measurements.sofa --quick -o fitted.promenade --head head.sofa"],
+        ["fit 6,4,2.8 measurements -o fitted.obj", "fit box measurements.sofa -o fitted.promenade --head head.sofa"],
     ),
     (
         "capture from-responses",
