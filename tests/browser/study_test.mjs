@@ -446,6 +446,30 @@ const tests = {
     again.stop();
   },
 
+  async "a stretch goes round, the same of all sounds"() {
+    const made = { ...study, study: "stretch", headphones: false, parts: [study.parts[1]] };
+    const own = await serve(made);
+    const script = `{
+      const start = AudioBufferSourceNode.prototype.start;
+      AudioBufferSourceNode.prototype.start = function (...rest) {
+        (globalThis.sources ??= []).push(this);
+        return start.apply(this, rest);
+      };
+    }`;
+    const page = await open(browser, own.address, { script });
+    await begin(page);
+    await page.waitForSelector(".sounds button");
+    await page.keyboard.press("1");
+    await page.getByLabel("from", { exact: true }).fill("0.2");
+    await page.getByLabel("to", { exact: true }).fill("0.45");
+    const stretches = await page.evaluate(() => globalThis.sources.slice(-3).map((s) => [s.loop, s.loopStart, s.loopEnd]));
+    check(stretches.length === 3 && stretches.every((s) => s.join() === "true,0.2,0.45"), JSON.stringify(stretches));
+    await page.keyboard.press("2");
+    await page.waitForSelector(".sounds button:nth-child(2)[aria-pressed=true]");
+    await page.close();
+    own.stop();
+  },
+
   async "sounds that are missing are said, and can be tried again"() {
     const made = { ...study, study: "missing", headphones: false, parts: [study.parts[1]] };
     const own = await serve(made);
