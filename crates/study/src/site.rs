@@ -133,7 +133,7 @@ impl Site<'_> {
             Some(dry) => {
                 let (file, dry, rate) = self.dry(&self.from.join(dry))?;
                 let scenes = paths.iter().map(|path| read_scene(path)).collect::<Result<Vec<_>, _>>()?;
-                let place = place::common(item, &scenes, &paths, &mut self.made.notes)?;
+                let place = place::common(item, &scenes, &paths)?;
                 page["dry"] = json!(file);
                 page["place"] = place.page();
                 let at = |(path, scene): (&PathBuf, &Arc<Scene>)| self.scene(path, scene, &place, &dry, rate);
