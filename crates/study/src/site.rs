@@ -252,8 +252,12 @@ fn ending(path: &Path) -> &'static str {
 fn write(site: &Path, name: &str, bytes: &[u8]) -> Result<(), Fault> {
     let path = site.join(name);
     std::fs::create_dir_all(path.parent().unwrap_or(site)).map_err(FileError::write(&path))?;
-    if let Some(smaller) = compressed(name, bytes) {
-        atomic::write(&site.join(format!("{name}.gz")), &smaller)?;
+    let beside = site.join(format!("{name}.gz"));
+    match compressed(name, bytes) {
+        Some(smaller) => atomic::write(&beside, &smaller)?,
+        // That of an older site would be sent.
+        None if beside.is_file() => std::fs::remove_file(&beside).map_err(FileError::write(&beside))?,
+        None => (),
     }
     Ok(atomic::write(&path, bytes)?)
 }
