@@ -446,6 +446,87 @@ const tests = {
     again.stop();
   },
 
+  async "the report of three listeners has the figures of their answers"() {
+    const bare = { name: "tones", conditions: files.conditions };
+    const live = { ...rooms, reference: undefined };
+    const parts = [
+      { method: "paired", ...quick, repeats: 2, items: [bare] },
+      { method: "abx", ...quick, repeats: 3, items: [bare] },
+      { method: "rating", ...quick, items: [files] },
+      { method: "paired", ...quick, items: [live] },
+      { method: "rating", ...quick, items: [live] },
+    ];
+    const own = await serve({ ...study, study: "three", headphones: false, parts });
+    for (const [number, keys] of ["jjjkjk", "kjkkjj", "jkkjjj"].entries()) {
+      const page = await open(browser, `${own.address}?person=l${number}`);
+      await begin(page);
+      const next = (place) => page.waitForSelector(`text=/^${place} of 8$/`, { timeout: 30_000 });
+      for (let place = 1; place <= 8; place++) {
+        await next(place);
+        await page.waitForSelector(".sounds button", { timeout: 30_000 });
+        if (place === 6 || place === 8) {
+          await rate(page, "three");
+          continue;
+        }
+        await hearAll(page);
+        await choose(page, keys[place < 6 ? place - 1 : 5]);
+      }
+      await page.waitForSelector("text=have been sent");
+      await page.close();
+    }
+    const file = join(folder, "three.json");
+    run(program, "study", "report", own.answers, "--keep-all", "--json", file);
+    own.stop();
+    const said = JSON.parse(readFileSync(file)).parts;
+    // Outside: by counting, and by the binomial's sum.
+    const head = readFileSync(own.answers, "utf8").split("\n")[0].split(",");
+    const rows = lines(own.answers).map((line) => Object.fromEntries(line.split(",").map((cell, i) => [head[i], cell])));
+    const of = (part) => rows.filter((row) => row.part === String(part));
+    for (const part of [1, 4]) {
+      const { conditions, scores } = said[part - 1].paired.items[0];
+      const counted = conditions.map((name) => of(part).filter(({ answer }) => answer === name).length);
+      check(counted.join() === scores.join(), `part ${part}: ${counted} votes, ${scores} reported`);
+    }
+    const right = of(2).filter(({ x, answer }) => x === answer).length;
+    const choose9 = [1, 9, 36, 84, 126, 126, 84, 36, 9, 1];
+    const chance = choose9.slice(right).reduce((a, b) => a + b) / 512;
+    const [abx] = said[1].abx;
+    check(abx.trials === 9 && abx.right === right && Math.abs(abx.chance - chance) < 1e-8, JSON.stringify(abx));
+    for (const part of [3, 5]) {
+      for (const { condition, mean, quartiles, ratings } of said[part - 1].ratings[0].conditions) {
+        const all = of(part).filter(({ a }) => a === condition).map(({ rating }) => Number(rating));
+        all.sort((a, b) => a - b);
+        check(all.join() === ratings.join() && quartiles[1] === all[1], `${condition}: ${all} and ${ratings}`);
+        check(Math.abs(mean - (all[0] + all[1] + all[2]) / 3) < 1e-8, `${condition}: ${mean}`);
+      }
+    }
+    return `${rows.length} rows, X told ${right} of 9 times`;
+  },
+
+  async "a stretch goes round, the same of all sounds"() {
+    const made = { ...study, study: "stretch", headphones: false, parts: [study.parts[1]] };
+    const own = await serve(made);
+    const script = `{
+      const start = AudioBufferSourceNode.prototype.start;
+      AudioBufferSourceNode.prototype.start = function (...rest) {
+        (globalThis.sources ??= []).push(this);
+        return start.apply(this, rest);
+      };
+    }`;
+    const page = await open(browser, own.address, { script });
+    await begin(page);
+    await page.waitForSelector(".sounds button");
+    await page.keyboard.press("1");
+    await page.getByLabel("from", { exact: true }).fill("0.2");
+    await page.getByLabel("to", { exact: true }).fill("0.45");
+    const stretches = await page.evaluate(() => globalThis.sources.slice(-3).map((s) => [s.loop, s.loopStart, s.loopEnd]));
+    check(stretches.length === 3 && stretches.every((s) => s.join() === "true,0.2,0.45"), JSON.stringify(stretches));
+    await page.keyboard.press("2");
+    await page.waitForSelector(".sounds button:nth-child(2)[aria-pressed=true]");
+    await page.close();
+    own.stop();
+  },
+
   async "sounds that are missing are said, and can be tried again"() {
     const made = { ...study, study: "missing", headphones: false, parts: [study.parts[1]] };
     const own = await serve(made);

@@ -60,6 +60,7 @@ fn a_site_holds_what_it_was_given_and_names_no_other_host() {
     assert_eq!((&contents["sounds"][0]["credit"], &contents["paths"][0]["scene"]), (&json!("A. Reader"), &json!(0)));
     let packed = site.join(format!("{}.gz", contents["scenes"][0]["file"].as_str().unwrap()));
     assert!(std::fs::read(packed).unwrap().starts_with(&[0x1f, 0x8b]));
+    assert!(site.join("site.json.gz").is_file());
     assert_eq!(contents["title"], contents["scenes"][0]["name"]);
     for (name, page) in promenade_web::files() {
         assert_eq!(std::fs::read(site.join(name)).unwrap(), page.as_bytes(), "{name}");

@@ -77,12 +77,19 @@ export class FileDeck extends Deck {
       deck.buffers.map((buffer, i) => (sounds[i].cut ? cutOff(buffer, sounds[i].cut) : buffer)),
     );
     deck.length = Math.max(...deck.buffers.map((buffer) => buffer.duration));
+    deck.stretch = [0, deck.length];
     return deck;
   }
 
   /** Seconds a sound must be heard of those asked for: no longer than it is. */
   least(index, seconds) {
     return Math.min(seconds, this.buffers[index].duration * 0.9);
+  }
+
+  /** Goes round between two times of all sounds, seconds. */
+  goRound(from, to) {
+    this.stretch = [from, to];
+    for (const source of this.sources ?? []) [source.loopStart, source.loopEnd] = this.stretch;
   }
 
   /** Hears a sound, from its beginning or where the others are. */
@@ -96,9 +103,10 @@ export class FileDeck extends Deck {
       const start = this.context.currentTime + 0.02;
       this.gains = this.sounds.map((sound, i) => new GainNode(this.context, { gain: i === index ? sound.gain : 0 }));
       this.sources = this.buffers.map((buffer, i) => {
-        const source = new AudioBufferSourceNode(this.context, { buffer, loop });
+        const [loopStart, loopEnd] = this.stretch;
+        const source = new AudioBufferSourceNode(this.context, { buffer, loop, loopStart, loopEnd });
         source.connect(this.gains[i]).connect(this.context.destination);
-        source.start(start);
+        source.start(start, loop ? loopStart : 0);
         return source;
       });
       const longest = this.buffers.findIndex((buffer) => buffer.duration === this.length);

@@ -13,6 +13,8 @@ const QUESTIONS = {
 };
 /** Keys of answers, beside those that walk (W A S D Q E) and those that play (digits). */
 const ANSWER_KEYS = ["j", "k", "l"];
+/** The shortest stretch that goes round, seconds. */
+const LEAST_ROUND = 0.1;
 /** Seconds for which a name is shown before its sound. */
 const CUE_S = 1.2;
 
@@ -96,10 +98,21 @@ class Stage {
   get options() {
     if (this.walker) return null;
     const check = (input, text) => element("label", { className: "check" }, input, text);
+    const { length } = this.deck;
+    const [from, to] = [0, length].map((value) =>
+      element("input", { type: "range", min: "0", max: String(length), step: "0.05", value: String(value) }),
+    );
+    const take = () => {
+      const end = Math.max(Number(to.value), LEAST_ROUND);
+      this.deck.goRound(Math.min(Number(from.value), end - LEAST_ROUND), end);
+    };
+    for (const end of [from, to]) end.addEventListener("input", take);
     return element(
       "div",
       { className: "row" },
       check(this.loop, "Again and again"),
+      element("label", { className: "check" }, "from", from),
+      element("label", { className: "check" }, "to", to),
       check(this.over, "From the beginning at each change"),
     );
   }

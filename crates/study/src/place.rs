@@ -36,7 +36,7 @@ impl Place {
 
 /// What all scenes of an item have in common. Listeners begin where the item says, or where the first scene begins, which is
 /// the reference where there is one.
-pub(crate) fn common(item: &Item, scenes: &[Arc<Scene>], paths: &[PathBuf], notes: &mut Vec<String>) -> Result<Place, Fault> {
+pub(crate) fn common(item: &Item, scenes: &[Arc<Scene>], paths: &[PathBuf]) -> Result<Place, Fault> {
     let (mut low, mut high) = (Vec3::NEG_INFINITY, Vec3::INFINITY);
     for (scene, path) in scenes.iter().zip(paths) {
         let ((from, to), start) = (scene.bounds(), scene.start_pose().position);
@@ -61,9 +61,6 @@ pub(crate) fn common(item: &Item, scenes: &[Arc<Scene>], paths: &[PathBuf], note
     (low.z, high.z) = (start.position.z, start.position.z);
     let emitter = scenes[0].emitter();
     let one = |scene: &Arc<Scene>| emitter.zip(scene.emitter()).is_some_and(|(a, b)| a.distance(b) <= ONE_EMITTER);
-    let same = scenes.iter().all(one);
-    if !same && emitter.is_some() {
-        notes.push(format!("{}: its scenes sound from different places: the plan shows none", item.name));
-    }
-    Ok(Place { start, low, high, emitter: emitter.filter(|_| same) })
+    // The plan shows a sound where all scenes have it.
+    Ok(Place { start, low, high, emitter: emitter.filter(|_| scenes.iter().all(one)) })
 }

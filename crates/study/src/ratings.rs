@@ -39,12 +39,12 @@ pub struct Ratings {
     pub differences: Option<Differences>,
 }
 
-pub(crate) struct Rated<'a> {
-    pub(crate) person: (&'a str, &'a str),
+struct Rated<'a> {
+    person: (&'a str, &'a str),
     item: &'a str,
-    pub(crate) of: &'a str,
-    pub(crate) rating: f64,
-    pub(crate) role: Role,
+    of: &'a str,
+    rating: f64,
+    role: Role,
 }
 
 /// Figures for each item and, of several, for all, and the persons that are left out, because they rated more than 15 % of
@@ -96,7 +96,9 @@ fn of_item(item: &str, rated: &[&Rated<'_>]) -> Ratings {
     };
     let mut conditions: Vec<RatedCondition> = grouped(rated.iter().copied(), |r| r.of).into_iter().map(condition).collect();
     conditions.sort_by(|a, b| b.quartiles[1].total_cmp(&a.quartiles[1]).then_with(|| a.name.cmp(&b.name)));
-    Ratings { item: item.to_owned(), conditions, differences: differences(rated) }
+    let of_conditions: Vec<_> =
+        rated.iter().filter(|r| r.role == Role::Condition).map(|r| (r.person, r.of, r.rating)).collect();
+    Ratings { item: item.to_owned(), conditions, differences: differences(&of_conditions) }
 }
 
 fn rising(values: impl Iterator<Item = f64>) -> Vec<f64> {

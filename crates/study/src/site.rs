@@ -133,7 +133,7 @@ impl Site<'_> {
             Some(dry) => {
                 let (file, dry, rate) = self.dry(&self.from.join(dry))?;
                 let scenes = paths.iter().map(|path| read_scene(path)).collect::<Result<Vec<_>, _>>()?;
-                let place = place::common(item, &scenes, &paths, &mut self.made.notes)?;
+                let place = place::common(item, &scenes, &paths)?;
                 page["dry"] = json!(file);
                 page["place"] = place.page();
                 let at = |(path, scene): (&PathBuf, &Arc<Scene>)| self.scene(path, scene, &place, &dry, rate);
@@ -252,8 +252,12 @@ fn ending(path: &Path) -> &'static str {
 fn write(site: &Path, name: &str, bytes: &[u8]) -> Result<(), Fault> {
     let path = site.join(name);
     std::fs::create_dir_all(path.parent().unwrap_or(site)).map_err(FileError::write(&path))?;
-    if let Some(smaller) = compressed(name, bytes) {
-        atomic::write(&site.join(format!("{name}.gz")), &smaller)?;
+    let beside = site.join(format!("{name}.gz"));
+    match compressed(name, bytes) {
+        Some(smaller) => atomic::write(&beside, &smaller)?,
+        // That of an older site would be sent.
+        None if beside.is_file() => std::fs::remove_file(&beside).map_err(FileError::write(&beside))?,
+        None => (),
     }
     Ok(atomic::write(&path, bytes)?)
 }

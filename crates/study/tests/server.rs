@@ -362,7 +362,10 @@ fn sounds_that_go_round_together_have_one_length_and_rate() {
 fn scenes_of_an_item_share_one_place() {
     let scene = |name: &str| format!("{}/../../presets/library/{name}.promenade", env!("CARGO_MANIFEST_DIR"));
     let (one, other) = (scene("living-room"), scene("dry-studio"));
-    let item = |conditions: Value, start: Value| json!([{ "name": "rooms", "dry": "x.wav", "conditions": conditions, "start": start }]);
+    let item = |conditions: Value, start: Value| {
+        let [name, dry] = ["rooms", "x.wav"];
+        json!([{ "name": name, "dry": dry, "conditions": conditions, "start": start }])
+    };
     let place =
         |conditions, start| made(&item(conditions, start)).map(|(page, ..)| page["parts"][0]["items"][0]["place"].clone());
     let found = place(json!({ "a": one, "b": other }), Value::Null).unwrap();

@@ -104,7 +104,7 @@ export function soundList(list, voices, site, on) {
       item.append(remove);
       if (i > 0) {
         const here = Object.assign(document.createElement("button"), { type: "button", textContent: "Put here" });
-        here.setAttribute("aria-label", `Put ${title.toLowerCase()} in front of you`);
+        here.setAttribute("aria-label", `Put here: ${title.toLowerCase()}`);
         here.addEventListener("click", () => on.here(voice));
         item.append(here);
       }

@@ -16,8 +16,7 @@ pub(crate) struct WebArgs {
     /// Who made the dry sounds, and what may be done with them: the first of the first, and so on
     #[arg(long, value_name = "TEXT", num_args = 1..)]
     pub(crate) credit: Vec<String>,
-    /// Camera paths to walk, of any form that `promenade render` takes: of one scene all, of several the first in the first, and
-    /// so on
+    /// Camera paths to walk, of any form that `promenade render` takes: one scene has all of them, of several each has one
     #[arg(long, value_name = "FILE", num_args = 1..)]
     pub(crate) path: Vec<PathBuf>,
     /// Heads to choose from: SOFA files of head-related responses

@@ -127,12 +127,17 @@ impl Site {
     /// Writes all files into a folder, the list of contents last.
     pub(crate) fn write(&self, folder: &Path) -> Result<()> {
         promenade_web::check_folder(folder).map_err(anyhow::Error::msg)?;
-        let last = |name: &str| name == "site.json";
+        let last = |name: &str| name.starts_with("site.json");
         let order = self.files.iter().filter(|(name, _)| !last(name)).chain(self.files.iter().filter(|(name, _)| last(name)));
         for (name, bytes) in order {
             let to = folder.join(name);
             let parent = to.parent().unwrap_or(folder);
             std::fs::create_dir_all(parent).with_context(|| format!("{}: cannot be made", parent.display()))?;
+            let beside = folder.join(format!("{name}.gz"));
+            if beside.is_file() {
+                // That of an older page would be sent; this page's comes after it.
+                std::fs::remove_file(&beside).with_context(|| format!("{}: cannot be removed", beside.display()))?;
+            }
             atomic::write(&to, bytes)?;
         }
         Ok(())
