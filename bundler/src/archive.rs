@@ -28,9 +28,10 @@ pub(crate) fn archive(root: &Path, options: &[String]) -> Result<()> {
     let system = System::of_target(&triple)?;
     let builds = BUILDS.into_iter().filter(|build| !(options.without_standalone && build.is_standalone())).collect::<Vec<_>>();
     // First, because it is quick and may find what must not be shipped.
-    let written = written(root, system, &builds, target)?;
+    let mut written = written(root, system, &builds, target)?;
     let engine = web::web()?;
     let (bundles, mut programs) = bundle::ship(&builds, Profile::Dist, system, target)?;
+    written.extend(completions(&programs, target)?);
     programs.push(engine);
     let name = format!("promenade-{}-{triple}", env!("CARGO_PKG_VERSION"));
     let folder = bundle::target_folder()?.join("archives");
@@ -76,6 +77,28 @@ fn written(root: &Path, system: System, builds: &[Build], target: Option<&str>) 
         ("licenses/rust-standard-library.html".to_owned(), standard_library()?),
     ];
     files.extend(manual::manual(root)?.into_iter().map(|(name, bytes)| (format!("manual/{name}"), bytes)));
+    Ok(files)
+}
+
+/// Completions for shells and pages for man, as the command line makes them; that of a cross build may not run here, which is
+/// said.
+fn completions(programs: &[PathBuf], target: Option<&str>) -> Result<Vec<(String, Vec<u8>)>> {
+    let is_tool = |path: &&PathBuf| path.file_stem().is_some_and(|name| name == "promenade");
+    let tool = programs.iter().find(is_tool).context("no command line was built")?;
+    let share = bundle::target_folder()?.join("archives/share");
+    match Command::new(tool).args(["completions", "-o"]).arg(&share).status() {
+        Ok(status) if status.success() => {}
+        _ if target.is_some() => {
+            println!("{} does not run here: the archive has no completions and no pages for man", tool.display());
+            return Ok(Vec::new());
+        }
+        other => bail!("{}: expected completions to be written, found {other:?}", tool.display()),
+    }
+    let mut files = Vec::new();
+    for (path, rest) in manifest::files(&share)? {
+        let place = rest.iter().map(|part| part.to_string_lossy()).collect::<Vec<_>>().join("/");
+        files.push((place, fs::read(&path).with_context(|| format!("cannot read {}", path.display()))?));
+    }
     Ok(files)
 }
 

@@ -28,6 +28,7 @@ pub(crate) fn readme(system: System, builds: &[Build]) -> String {
             "on which terms you may use and pass on all this, and whose work it is",
         ),
         ("manual/index.html".to_owned(), "the manual, for a browser"),
+        ("share/".to_owned(), "completions for shells, and pages for man"),
         ("CHANGELOG.md".to_owned(), "what changed"),
     ];
     if standalone {

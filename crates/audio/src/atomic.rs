@@ -3,7 +3,7 @@
 use crate::{FileError, file};
 use std::collections::BTreeSet;
 use std::fs::{self, File, OpenOptions};
-use std::io::Write;
+use std::io::{ErrorKind, Write, stdout};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::sync::{Mutex, PoisonError};
@@ -17,7 +17,7 @@ const MAX_LINKS: usize = 40;
 ///
 /// Neither a crash of the writer nor an error half way leaves a partial file under the destination's name. What a killed
 /// process leaves behind is removed when another one makes a draft in the same folder: a draft is locked as long as its process
-/// lives.
+/// lives. What goes to standard output ([`file::is_standard`]) is whole before its first byte.
 #[derive(Debug)]
 pub struct Draft {
     target: PathBuf,
@@ -43,6 +43,13 @@ impl Draft {
     /// That of a file which may have been read, as a state or a folder that goes on.
     pub(crate) fn replacing(target: &Path) -> Result<(Self, File), FileError> {
         static COUNT: AtomicU32 = AtomicU32::new(0);
+        if file::is_standard(target) {
+            file::take_output();
+            let made = file::temporary(ENDING).and_then(|(partial, file)| Ok((partial, file.try_clone()?, file)));
+            let (partial, lock, file) = made.map_err(FileError::write(target))?;
+            let _ = lock.lock();
+            return Ok((Self { target: target.to_path_buf(), partial, _lock: lock, published: false }, file));
+        }
         let target = &linked(target)?;
         // A rename would replace a device, such as the null device.
         if fs::metadata(target).is_ok_and(|m| !m.is_file()) {
@@ -76,8 +83,14 @@ impl Draft {
     /// Gives the finished file its name, replacing a file that had it.
     ///
     /// # Errors
-    /// The rename failed; the partial file is removed.
+    /// The rename failed, or standard output cannot be written; the partial file is removed.
     pub fn publish(mut self) -> Result<(), FileError> {
+        if file::is_standard(&self.target) {
+            let done = File::open(&self.partial).and_then(|mut file| std::io::copy(&mut file, &mut stdout().lock()));
+            // A reader that has had enough is no failure.
+            let done = done.map(drop).or_else(|e| if e.kind() == ErrorKind::BrokenPipe { Ok(()) } else { Err(e) });
+            return done.and_then(|()| stdout().flush()).map_err(FileError::write(&self.target));
+        }
         fs::rename(&self.partial, &self.target).map_err(FileError::write(&self.target))?;
         self.published = true;
         Ok(())

@@ -1,11 +1,11 @@
 //! WAV files of planar `f32`, written whole or block by block.
 
-use crate::FileError;
 use crate::atomic::Draft;
 use crate::samples::check_rate;
+use crate::{FileError, file};
 use hound::{SampleFormat, WavSpec};
 use std::fs::File;
-use std::io::BufWriter;
+use std::io::{BufWriter, IsTerminal, stdout};
 use std::path::Path;
 
 /// A WAV file counts its bytes in 32 bits; this leaves room for its headers.
@@ -79,6 +79,9 @@ impl WavWriter {
             return Err(FileError::content(path, "a name that ends in .wav, the format that is written", found));
         }
         check_rate(path, sample_rate_hz)?;
+        if file::is_standard(path) && stdout().is_terminal() {
+            return Err(FileError::content(path, "a file or a pipe as standard output", "a terminal"));
+        }
         let (draft, file) = draft(path)?;
         let sample_format = if format == Format::Float32 { SampleFormat::Float } else { SampleFormat::Int };
         let spec = WavSpec { channels, sample_rate: sample_rate_hz, bits_per_sample: format.bits(), sample_format };

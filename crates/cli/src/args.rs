@@ -4,8 +4,12 @@ mod air;
 mod anchors;
 mod bake;
 mod capture;
+mod completions;
 mod eval;
+mod examples;
+mod figures;
 mod fit;
+mod help;
 mod host;
 mod import;
 mod map;
@@ -25,8 +29,6 @@ mod study;
 mod surface;
 #[cfg(feature = "train")]
 mod train;
-#[cfg(any(test, not(feature = "train")))]
-mod untrained;
 mod values;
 mod web;
 
@@ -40,12 +42,15 @@ pub(crate) use bake::{BakeFieldArgs, BakeLessArgs, BakeResponsesArgs, BakeSource
 pub(crate) use capture::{
     CaptureCommand, CheckArgs, ClipArgs, EmitterArgs, FromResponsesArgs, HoldOutArgs, ImportCaptureArgs, LayoutArg, MixArgs,
 };
+pub(crate) use completions::CompletionsArgs;
 pub(crate) use eval::{EvalArgs, PosesArg};
+pub(crate) use figures::{FigureFiles, JsonFile, MarkdownFile};
 pub(crate) use fit::{FitArgs, Hold, Per, T20};
+pub(crate) use help::described;
 pub(crate) use host::HostArgs;
 pub(crate) use import::ImportArgs;
 pub(crate) use map::{Map, MapArgs, MixMapArgs, SaliencyArgs, Strategy};
-pub(crate) use measure::{MeasureArgs, TableForm};
+pub(crate) use measure::MeasureArgs;
 pub(crate) use mesh::MeshArgs;
 pub(crate) use path::PathArgs;
 pub(crate) use pictures::PictureArgs;
@@ -58,12 +63,10 @@ pub(crate) use simulate::{
 };
 #[cfg(feature = "train")]
 pub(crate) use simulation::SimulationArgs;
-pub(crate) use study::{FigureFiles, Study, StudyArgs, StudyReportArgs, StudyServeArgs, StudySiteArgs};
+pub(crate) use study::{Study, StudyArgs, StudyReportArgs, StudyServeArgs, StudySiteArgs};
 pub(crate) use surface::{Shape, SurfaceArgs};
 #[cfg(feature = "train")]
 pub(crate) use train::{MAX_THREADS, TrainArgs};
-#[cfg(not(feature = "train"))]
-pub(crate) use untrained::WITH_TRAINING;
 pub(crate) use web::WebArgs;
 
 /// Make a dry track sound as in a real, captured place, for a listener who walks and turns.
@@ -135,6 +138,8 @@ pub(crate) enum Command {
     Eval(EvalArgs),
     /// Make a page on which scenes are walked and heard, in a folder for any web server or served on this machine
     Web(WebArgs),
+    /// Write completions for a shell, or completions and pages for man into a folder
+    Completions(CompletionsArgs),
     /// Make a page that asks listeners which sounds better, take their answers, and say what they answered
     Study(Box<StudyArgs>),
 }
@@ -154,9 +159,8 @@ pub(crate) struct InspectArgs {
     /// Measure what each tier costs and how far it is off, which takes seconds
     #[arg(long)]
     pub(crate) cost: bool,
-    /// As JSON
-    #[arg(long)]
-    pub(crate) json: bool,
+    #[command(flatten)]
+    pub(crate) json: JsonFile,
 }
 
 #[cfg(test)]
@@ -170,46 +174,43 @@ mod tests {
     }
 
     #[test]
-    fn every_value_has_the_type_of_its_field() {
-        for line in [
-            "bake responses a -o b",
-            "bake field a -o b",
-            "responses manifest a",
-            "responses ambisonic a --hrtf h -o b --distance 1",
-            "import a -o b",
-            "render a b c --path p --speed 2",
-            "host a b c",
-            "path a --fps 2 --simplify 1,1",
-            "anchors a -o b",
-            "surface a -o b.obj --shape hull --distance a b 2",
-            "simulate box --size 1,1,1 --emitter 0,0,0 --head h -o b --path p --fit 1 --length 1",
-            "simulate a.obj --source 1,1,1 --materials *=0.1:0.2,b=felt --scale 2 --head h -o b --path p --margin 1 --length 1",
-            "simulate a.obj --source 1,1,1 --head h -o b --grid 1 --turns 4",
-            "simulate a.obj --source 1,1,1 --head h -o b --part 2/3",
-            "simulate materials",
-            "join a b -o c",
-            "map a.obj --source 1,1,1 --grid 1 --height 1 -o b.png -o b.svg",
-            "map mix a.obj --source 1,1,1 --materials *=0.1 b.png c.png --sound d --camera 0,0,0,0,0,0 --strategy image \
-             --strategy mix -o e",
-            "fit 6x4x3 --t20 .5,.5,.4,.4,-,.3,.3 --materials *=0.2",
-            "inspect a",
-            "web a b --dry c d --path e -o f",
-            "web a --serve",
-            "web a --serve 8080",
-            "measure a --seconds 1",
-            "capture from-responses a -o b",
-            "capture import a --layout raf -o b",
-            "eval a b",
-            "study a -o b",
-            "study serve a --answers b --listen 0.0.0.0:80",
-            "study report a b --level 0.01",
-            "fit a --evaluate --source 1,2,3 --uncertainty 0.1 --rate 16000",
-            "fit a.obj b -o c.obj --hold walls,places --per wall --order 6 --scale 0.01",
-            "fit box a --changed b --alike y0,y1",
-            "fit 1,2,3 a --quick -o b.obj --changed c --materials x0=felt --emitter 1,1,1",
+    fn older_names_are_understood() {
+        for (line, now) in [
+            ("bake responses a -o b --source 1", "bake responses a -o b --emitter-number 1"),
+            ("responses ambisonic a --hrtf h -o b", "responses ambisonic a --head h -o b"),
+            ("simulate a.obj --source 1,1,1 --head h -o b", "simulate a.obj --emitter 1,1,1 --head h -o b"),
+            (
+                "simulate box --size 6x4x3 --emitter 0,0,0 --head h -o b",
+                "simulate box --size 6,4,3 --emitter 0,0,0 --head h -o b",
+            ),
+            ("map a.obj --source 1,1,1 -o b.png", "map a.obj --emitter 1,1,1 -o b.png"),
+            (
+                "map mix a.obj c.png --source 1,1,1 --sound d --camera 0,0,0,0,0,0 -o e",
+                "map mix a.obj c.png --emitter 1,1,1 --sound d --camera 0,0,0,0,0,0 -o e",
+            ),
+            (
+                "fit 6,4,3 a --evaluate --source 1,2,3 --source-number 2",
+                "fit 6,4,3 a --evaluate --measured-emitter 1,2,3 --emitter-number 2",
+            ),
+            ("capture import a --layout raf --source 1 -o b", "capture import a --layout raf --emitter-number 1 -o b"),
+            ("eval a b --hrtf h --plots p", "eval a b --head h --plot p"),
+            ("study report a --plots p", "study report a --plot p"),
+            ("anchors a -o b --scale 2", "anchors a -o b --metres-per-unit 2"),
         ] {
-            // A parser of another type than its field's panics here.
-            assert!(Cli::try_parse_from(format!("promenade {line}").split(' ')).is_ok(), "{line}");
+            let parsed = |line: &str| {
+                let cli = Cli::try_parse_from(format!("promenade {line}").split(' '));
+                format!("{:?}", cli.unwrap_or_else(|error| panic!("{line}: {error}")).command)
+            };
+            assert_eq!(parsed(line), parsed(now));
         }
+        for older in ["host a b c", "measure a --format json", "web a --serve 8080", "fit 1,2,3 a --evaluate --markdown"] {
+            assert!(Cli::try_parse_from(format!("promenade {older}").split(' ')).is_ok(), "{older}");
+        }
+        let help = help::command().render_long_help().to_string();
+        assert!(!help.contains("--hrtf"), "{help}");
+        // What follows such an option is no file to write over.
+        let said =
+            Cli::try_parse_from(["promenade", "inspect", "--json", "a.promenade", "b.promenade"]).unwrap_err().to_string();
+        assert!(said.contains("expected a name that ends in .json, or this option at the end of the line"), "{said}");
     }
 }

@@ -40,8 +40,10 @@ fn responses(args: &BakeResponsesArgs) -> Result<()> {
         head: args.head.as_deref().map(read_head).transpose()?,
         recipe: recipe(args),
     };
+    let bar = report::Bar::new("baking", 1.0);
     let scene = bake_responses(&set, |response, index| hold_out.selects(response, index), &options)
         .with_context(|| format!("{}: cannot be baked", args.set.path.display()))?;
+    drop(bar);
     report::notes(&scene.provenance().notes);
     let bytes = scene::write(&args.output, &scene)?;
     report::line(format_args!(
@@ -65,7 +67,7 @@ fn field(args: &BakeFieldArgs) -> Result<()> {
         max_bytes: (args.max_mb * 1e6) as usize,
         seed: args.seed,
     };
-    let bar = report::Bar::new(1.0);
+    let bar = report::Bar::new("baking", 1.0);
     let baked = bake_cloud(&scene, &options, |share| bar.at(share));
     drop(bar);
     let baked = baked.with_context(|| format!("{}: cannot be baked", args.scene.display()))?;

@@ -35,13 +35,14 @@ pub(crate) fn run(args: &EvalArgs) -> Result<()> {
             report::note(format_args!("{}: {note}", capture_path.display()));
         }
         let rate = capture.sample_rate_hz;
-        let bar = report::Bar::new(capture.split(Split::Test).map(|c| c.len as f64 / rate).sum());
+        let whole: f64 = capture.split(Split::Test).map(|c| c.len as f64 / rate).sum();
+        let mut bar = report::Bar::new("judging", whole);
         let folder = args.wavs.as_ref().map(|f| f.join(format!("{:02}-{}", number + 1, plain(&capture.title))));
         let (mut method, mut done) = (String::new(), 0.0);
         let evaluation = evaluate_each(&scene, &capture, &options, &mut |heard| {
             if method != heard.method {
                 heard.method.clone_into(&mut method);
-                done = 0.0;
+                (bar, done) = (report::Bar::new(format!("judging {method}"), whole), 0.0);
             }
             done += heard.clip.len as f64 / rate;
             bar.at(done);

@@ -21,6 +21,7 @@ use room::Stated;
 pub(crate) fn run(args: &FitArgs) -> Result<()> {
     let (room, path) = match &args.of[..] {
         [room, path] => (Some(Stated::new(room, args)?), path),
+        [room, ..] if room::is_mesh(room) => bail!("{}: expected measurements after the room, found none", room.display()),
         [path, ..] => (None, path),
         [] => bail!("expected measurements"),
     };

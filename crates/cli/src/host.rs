@@ -7,7 +7,7 @@ use crate::report;
 use anyhow::{Context, Result};
 use promenade_baker::wav::{Format, WavWriter};
 use promenade_baker::{atomic, file};
-use promenade_host::{AutomationFile, Bounce, Bundle, Instance, PluginInfo, Preset, RemotePage, Setup};
+use promenade_host::{AutomationFile, Bounce, Bundle, Instance, MAX_AUTOMATION_BYTES, PluginInfo, Preset, RemotePage, Setup};
 use promenade_player::Source;
 use std::path::Path;
 use std::time::Instant;
@@ -21,7 +21,7 @@ pub(crate) fn run(args: &HostArgs) -> Result<()> {
         file::check(path).with_context(|| format!("{}: cannot be read", path.display()))?;
     }
     let bundle = Bundle::load(&args.bundle)?;
-    match (&args.input, &args.output) {
+    match (&args.input, args.output.as_ref().or(args.named.as_ref())) {
         (Some(input), Some(output)) => render(args, &bundle, input, output),
         _ if args.presets => list_presets(args, &bundle),
         _ => list(args, &bundle),
@@ -133,7 +133,11 @@ fn render(args: &HostArgs, bundle: &Bundle, input: &Path, output: &Path) -> Resu
     let mut instance = opened(args, bundle, rate_hz, main.channels())?;
     let mut tracks = Tracks::open(main, &args.tracks)?;
     let lanes = match &args.automation {
-        Some(path) => AutomationFile::read(path)?.lanes(&mut instance)?,
+        Some(path) => {
+            let bytes =
+                file::read(path, MAX_AUTOMATION_BYTES).with_context(|| format!("{}: cannot be read", path.display()))?;
+            AutomationFile::read(path, &bytes)?.lanes(&mut instance)?
+        }
         None => Vec::new(),
     };
     if let Some(path) = &args.save_state {
@@ -143,7 +147,7 @@ fn render(args: &HostArgs, bundle: &Bundle, input: &Path, output: &Path) -> Resu
     let tail = (args.tail * rate).round() as usize;
     let mut bounce = Bounce::new(&mut instance, &lanes)?;
     let whole = tracks.frames() + tail + bounce.latency();
-    let bar = report::Bar::new(whole as f64 / rate);
+    let bar = report::Bar::new("rendering", whole as f64 / rate);
     let block = args.block as usize;
     let mut wet = vec![Vec::with_capacity(block); args.outputs.into()];
     for position in (0..whole).step_by(block) {

@@ -18,11 +18,7 @@ pub(crate) fn run(args: &InspectArgs) -> Result<()> {
     let scene = scene::read(file)?;
     let measure = || tier_points(&scene, HOST_RATE_HZ, HOST_BLOCK, &|| true);
     let costs = args.cost.then(measure).transpose().with_context(|| file.display().to_string())?;
-    report::print(&if args.json {
-        format!("{:#}\n", as_json(&scene, costs.as_deref()))
-    } else {
-        as_text(&scene, costs.as_deref().unwrap_or_default())
-    })
+    report::json_or(&args.json, &as_json(&scene, costs.as_deref()), || as_text(&scene, costs.as_deref().unwrap_or_default()))
 }
 
 /// A line for each scene, with how far up its data go: what was measured at 16 kHz has no more treble than that.
@@ -31,10 +27,7 @@ fn list(args: &InspectArgs) -> Result<()> {
         bail!("--cost is for one scene, found {}", args.scenes.len());
     }
     let scenes = args.scenes.iter().map(|file| Ok(scene::read(file)?)).collect::<Result<Vec<_>>>()?;
-    if args.json {
-        let all = scenes.iter().map(|scene| as_json(scene, None)).collect::<Vec<_>>();
-        return report::print(&format!("{:#}\n", json!(all)));
-    }
+    let all = scenes.iter().map(|scene| as_json(scene, None)).collect::<Vec<_>>();
     let head = ["file", "data at", "known to", "decay", "tiers", "title"].map(str::to_owned).to_vec();
     let row = |(file, scene): (&PathBuf, &Arc<Scene>)| {
         vec![
@@ -47,7 +40,7 @@ fn list(args: &InspectArgs) -> Result<()> {
         ]
     };
     let rows = std::iter::once(head).chain(args.scenes.iter().zip(&scenes).map(row)).collect::<Vec<_>>();
-    report::print(&report::table(&rows, false))
+    report::json_or(&args.json, &json!(all), || report::table(&rows, false))
 }
 
 fn tiers(scene: &Scene) -> Vec<&'static str> {

@@ -10,6 +10,7 @@ mod anchors;
 mod args;
 mod bake;
 mod capture;
+mod completions;
 mod eval;
 mod fit;
 mod host;
@@ -34,15 +35,16 @@ mod surface;
 mod t20;
 #[cfg(feature = "train")]
 mod train;
+#[cfg(any(test, not(feature = "train")))]
+mod untrained;
 mod web;
 
-use clap::Parser;
 use promenade_baker::file::keep_inputs;
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
     keep_inputs();
-    let done = match args::Cli::parse().command {
+    let done = match args::Cli::of_command_line().command {
         args::Command::Bake { source } => bake::run(&source),
         args::Command::Responses { command } => responses::run(&command),
         args::Command::Import(a) => import::run(&a),
@@ -63,12 +65,11 @@ fn main() -> ExitCode {
         #[cfg(feature = "train")]
         args::Command::Refine(a) => refine::run(&a),
         #[cfg(not(feature = "train"))]
-        args::Command::Train(_) | args::Command::Refine(_) => {
-            Err(anyhow::anyhow!("this build cannot train; one that can is made by: {}", args::WITH_TRAINING))
-        }
+        args::Command::Train(rest) | args::Command::Refine(rest) => untrained::without_training(&rest.words),
         args::Command::Eval(a) => eval::run(&a),
         args::Command::Study(a) => study::run(&a),
         args::Command::Web(args) => web::run(&args),
+        args::Command::Completions(args) => completions::run(&args),
     };
     match done {
         Ok(()) => ExitCode::SUCCESS,

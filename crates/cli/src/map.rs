@@ -100,7 +100,7 @@ fn measured(args: &MapArgs, room: &Room, source: &Source, places: &[Vec3]) -> Re
     let images = Images::new(room, source, &images)?;
     let rays = args.trace.options(args.rays.unwrap_or(RAYS));
     let rays = RayOptions { bin_s: BIN_S, images: Some(&images), ..rays };
-    let bar = report::Bar::new(1.0);
+    let bar = report::Bar::new("tracing", 1.0);
     let late = late_field(room, source, &listeners, &rays, |share| bar.at(share))?;
     drop(bar);
     let measures = |(at, echogram): (&[f64; 3], &Echogram)| -> Result<Measures> {

@@ -7,7 +7,7 @@ mod response;
 mod streams;
 mod trade;
 
-use crate::args::{MeasureArgs, TableForm};
+use crate::args::MeasureArgs;
 use crate::{report, scene};
 use anyhow::{Result, bail};
 use serde_json::{Value, json};
@@ -17,9 +17,9 @@ use std::path::Path;
 pub(crate) const HOST_RATE_HZ: f64 = 48_000.0;
 pub(crate) const HOST_BLOCK: usize = 512;
 
-/// One part of the figures of a scene, as text and as JSON.
+/// One part of the figures of a scene, as text, as Markdown and as JSON.
 struct Part {
-    text: String,
+    text: [String; 2],
     json: Value,
 }
 
@@ -50,19 +50,13 @@ fn whole_scene(path: &Path, args: &MeasureArgs) -> Result<()> {
     let held_out = held_out.then(|| held_out::measure(&scene, path, args)).transpose()?;
     let cloud = cloud.map(|c| streams::measure(&scene, c, path, args)).transpose()?;
     let listened = args.listener.as_ref().map(|set| listener::measure(&scene, set, args)).transpose()?;
-    report::print(&match args.format {
-        TableForm::Json => {
-            let mut whole = held_out.map_or_else(|| json!({}), |p| p.json);
-            if let Some(cloud) = cloud {
-                whole["cloud"] = cloud.json;
-            }
-            if let Some(listened) = listened {
-                whole["listener"] = listened.json;
-            }
-            format!("{whole:#}\n")
+    let mut json = held_out.as_ref().map_or_else(|| json!({}), |part| part.json.clone());
+    for (name, part) in [("cloud", &cloud), ("listener", &listened)] {
+        if let Some(part) = part {
+            json[name] = part.json.clone();
         }
-        TableForm::Text | TableForm::Markdown => {
-            held_out.into_iter().chain(cloud).chain(listened).map(|p| p.text).collect::<Vec<_>>().join("\n")
-        }
-    })
+    }
+    let parts: Vec<Part> = held_out.into_iter().chain(cloud).chain(listened).collect();
+    let text = |markdown| parts.iter().map(|p| &*p.text[usize::from(markdown)]).collect::<Vec<_>>().join("\n");
+    report::tables(&args.files(), &json, text)
 }

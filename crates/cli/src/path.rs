@@ -4,6 +4,7 @@ use crate::args::PathArgs;
 use crate::report;
 use anyhow::{Context, Result, bail};
 use promenade_baker::atomic;
+use promenade_baker::file::is_standard;
 use promenade_core::glam::Vec3;
 use promenade_paths::{CameraPath, Imported, Summary, WriteFormat, simplify, write};
 
@@ -11,6 +12,7 @@ pub(crate) use promenade_player::command::read_path as read;
 
 pub(crate) fn run(args: &PathArgs) -> Result<()> {
     let output = match &args.output {
+        Some(output) if is_standard(output) => Some((output, WriteFormat::Json)),
         Some(output) => Some((output, WriteFormat::of(&output.display().to_string())?)),
         None => None,
     };

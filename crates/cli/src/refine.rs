@@ -12,7 +12,6 @@ use promenade_fit::Measurements;
 use promenade_trainer::Device;
 use promenade_trainer::refinement::{Method, Pair, RefineSettings, Refiner, Score, SimulatedResponse, Solver, score};
 use std::path::Path;
-use std::time::Instant;
 
 /// Measured responses by source: heads or groups of microphones that heard it.
 struct Measured {
@@ -133,7 +132,9 @@ pub(crate) fn run(args: &RefineArgs) -> Result<()> {
     let places = Places::of(simulation, &sources, measured.sample_rate_hz, args.seed)?;
     let places = places.context("expected --simulate with the mesh of a room to correct, found none")?;
     report::line(format_args!("simulating {} sources", measured.sources.len()));
+    let bar = report::Bar::new("simulating", 1.0);
     let pairs = measured.pairs(&places)?;
+    drop(bar);
     if args.evaluate {
         evaluate(args, &measured, &pairs)?;
     }
@@ -142,7 +143,7 @@ pub(crate) fn run(args: &RefineArgs) -> Result<()> {
         bail!("{}: expected --head for a scene, found none", output.display());
     }
     let pairs: Vec<Pair> = pairs.into_iter().map(|(_, pair)| pair).collect();
-    let refiner = trained(&pairs, measured.sample_rate_hz, &settings(args, args.method.method(), args.seed), "")?;
+    let refiner = trained(&pairs, measured.sample_rate_hz, &settings(args, args.method.method(), args.seed), "training")?;
     let title = report::file_name(&args.measured);
     let [x, y, z] = emitter.to_array();
     let room = simulation.simulate.as_deref().map(report::file_name).unwrap_or_default();
@@ -169,24 +170,10 @@ fn settings(args: &RefineArgs, method: Method, seed: u64) -> RefineSettings {
     RefineSettings { method, steps: args.steps as usize, seed, ..RefineSettings::default() }
 }
 
-/// Trains a refinement, and tells how far it is after a name for it.
+/// Trains a refinement, and tells how far that is, by a name for it.
 fn trained(pairs: &[Pair], rate_hz: f64, settings: &RefineSettings, name: &str) -> Result<Refiner> {
-    let (mut mean, began) = (0.0, Instant::now());
-    let refiner = Refiner::train(pairs, rate_hz, settings, Device::flex(), &mut |step, loss| {
-        mean += loss;
-        if step % 100 == 0 || step == settings.steps {
-            let count = if step % 100 == 0 { 100 } else { step % 100 };
-            let left = began.elapsed().as_secs_f64() / step as f64 * (settings.steps - step) as f64;
-            report::line(format_args!(
-                "{name}step {step} of {}: loss {:.4}; {} left",
-                settings.steps,
-                mean / count as f64,
-                report::minutes(left)
-            ));
-            mean = 0.0;
-        }
-    })?;
-    Ok(refiner)
+    let bar = report::Bar::new(name, settings.steps as f64);
+    Ok(Refiner::train(pairs, rate_hz, settings, Device::flex(), &mut |step, _| bar.at(step as f64))?)
 }
 
 /// Trains every method on the sources that are not held out, and judges it on those that are.
@@ -203,7 +190,7 @@ fn evaluate(args: &RefineArgs, measured: &Measured, pairs: &[(usize, Pair)]) -> 
     });
     if tests.is_empty() || pairs.len() < 2 {
         let (held, kept) = (tests.len(), pairs.len());
-        bail!("--test-source or --test-beyond: expected responses to learn from and to judge by, found {kept} and {held}");
+        bail!("--test-emitter or --test-beyond: expected responses to learn from and to judge by, found {kept} and {held}");
     }
     report::line(format_args!("{} responses to learn from, {} of held-out sources", pairs.len(), tests.len()));
     let rate = measured.sample_rate_hz;
@@ -216,10 +203,10 @@ fn evaluate(args: &RefineArgs, measured: &Measured, pairs: &[(usize, Pair)]) -> 
         ("flow", Method::Flow, SOLVERS),
         ("flow of data", Method::DataFlow, SOLVERS),
     ];
-    let (began, count) = (Instant::now(), methods.len());
+    let count = methods.len();
     for (at, (name, method, solvers)) in methods.into_iter().enumerate() {
         let of_seed = |i: u64| {
-            let named = format!("{name}, seed {} of {}: ", i + 1, args.seeds);
+            let named = format!("{name}, seed {} of {}", i + 1, args.seeds);
             trained(&pairs, rate, &settings(args, method, args.seed + i), &named)
         };
         let refiners = (0..args.seeds).map(of_seed).collect::<Result<Vec<_>>>()?;
@@ -230,8 +217,7 @@ fn evaluate(args: &RefineArgs, measured: &Measured, pairs: &[(usize, Pair)]) -> 
             let scores = refiners.iter().map(|refiner| score(refiner, true, &tests, *solver)).collect::<Result<Vec<_>, _>>()?;
             rows.push(row(&format!("{name}{way}"), &scores));
         }
-        let left = began.elapsed().as_secs_f64() / (at + 1) as f64 * (count - at - 1) as f64;
-        report::line(format_args!("{} of {count} methods compared, {} left", at + 1, report::minutes(left)));
+        report::line(format_args!("{} of {count} methods compared", at + 1));
     }
     report::print(&report::table(&rows, false))
 }

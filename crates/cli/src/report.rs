@@ -1,8 +1,9 @@
 //! Text for the user: tables on standard output, notes on standard error, names in both. All output goes through here but
 //! the help of the command line.
 
-use crate::args::FigureFiles;
+use crate::args::{FigureFiles, JsonFile, MarkdownFile};
 use anyhow::{Context, Result};
+use promenade_baker::file::{is_standard, output_is_taken};
 use promenade_baker::{FileError, atomic};
 use std::io::{ErrorKind, Write};
 use std::path::Path;
@@ -10,20 +11,13 @@ use std::path::Path;
 pub(crate) use promenade_player::command::terminal::{Bar, done, line, note, notes};
 use promenade_player::command::terminal::{escaped, one_line};
 
-/// Prints on standard output; a reader that closes it early is no failure.
+/// Prints on standard output, or on standard error where that is a file; a reader that closes it early is no failure.
 pub(crate) fn print(text: &str) -> Result<()> {
-    let mut out = std::io::stdout().lock();
+    let mut out: Box<dyn Write> = if output_is_taken() { Box::new(std::io::stderr()) } else { Box::new(std::io::stdout()) };
     match out.write_all(escaped(text).as_bytes()).and_then(|()| out.flush()) {
         Err(e) if e.kind() == ErrorKind::BrokenPipe => Ok(()),
         done => done.context("standard output cannot be written"),
     }
-}
-
-/// A time in minutes and seconds.
-#[cfg(feature = "train")]
-pub(crate) fn minutes(seconds: f64) -> String {
-    let whole = seconds.round().max(0.0);
-    format!("{}:{:02}", (whole / 60.0).floor(), whole % 60.0)
 }
 
 /// Names and values, aligned, a line for each.
@@ -31,25 +25,52 @@ pub(crate) fn properties<'a>(rows: impl IntoIterator<Item = (&'a str, String)>) 
     rows.into_iter().map(|(name, value)| format!("{name:<14}{}\n", one_line(&value))).collect()
 }
 
-/// Writes figures to the files that are asked for, and prints their tables. `table` makes them, in Markdown if it is told so;
-/// `plots` writes into a folder.
+/// Writes text into a file that is asked for; whether that is standard output.
+fn give(file: Option<&Path>, text: impl FnOnce() -> String) -> Result<bool> {
+    match file {
+        None => return Ok(false),
+        Some(file) if is_standard(file) => print(&text())?,
+        Some(file) => atomic::write(file, text().as_bytes())?,
+    }
+    Ok(file.is_some_and(is_standard))
+}
+
+/// Writes JSON where it is asked for, and prints text unless that went to standard output.
+pub(crate) fn json_or(files: &JsonFile, json: &serde_json::Value, text: impl FnOnce() -> String) -> Result<()> {
+    if give(files.json.as_deref(), || format!("{json:#}\n"))? { Ok(()) } else { print(&text()) }
+}
+
+/// Writes tables in Markdown where they are asked for, and prints them as text unless that was standard output. `table` makes
+/// them, in Markdown if it is told so.
+pub(crate) fn markdown_or(files: &MarkdownFile, table: impl Fn(bool) -> String) -> Result<()> {
+    if give(files.markdown.as_deref(), || table(true))? { Ok(()) } else { print(&table(false)) }
+}
+
+/// Writes figures to the files that are asked for, and prints their tables unless standard output is one. `table` makes them,
+/// in Markdown if it is told so.
+pub(crate) fn tables(
+    (json_file, markdown): &(JsonFile, MarkdownFile),
+    json: &serde_json::Value,
+    table: impl Fn(bool) -> String,
+) -> Result<()> {
+    if give(json_file.json.as_deref(), || format!("{json:#}\n"))? {
+        return give(markdown.markdown.as_deref(), || table(true)).map(drop);
+    }
+    markdown_or(markdown, table)
+}
+
+/// [`tables`] with `plots`, which writes into a folder.
 pub(crate) fn figures(
     files: &FigureFiles,
     json: &serde_json::Value,
     table: impl Fn(bool) -> String,
     plots: impl FnOnce(&Path) -> Result<()>,
 ) -> Result<()> {
-    if let Some(file) = &files.json {
-        atomic::write(file, format!("{json:#}\n").as_bytes())?;
-    }
-    if let Some(file) = &files.markdown {
-        atomic::write(file, table(true).as_bytes())?;
-    }
-    if let Some(folder) = &files.plots {
+    if let Some(folder) = &files.plot {
         std::fs::create_dir_all(folder).map_err(FileError::write(folder))?;
         plots(folder)?;
     }
-    print(&table(false))
+    tables(&(files.json.clone(), files.markdown.clone()), json, table)
 }
 
 /// The last part of a path.

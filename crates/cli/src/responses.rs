@@ -32,7 +32,7 @@ fn ambisonic(args: &AmbisonicArgs) -> Result<()> {
     let head = hrtf::read(&args.head)?;
     // A rate that is no whole number is refused when the responses are written, and before that by the HRTF's own.
     let hrtf = hrtf::at(&head, set.sample_rate_hz as u32, &args.head)?;
-    let bar = report::Bar::new(set.responses.len() as f64);
+    let bar = report::Bar::new("rendering", set.responses.len() as f64);
     let mut binaural = set.binaural(&hrtf, args.yaws, |done| bar.at(done as f64))?;
     drop(bar);
     binaural.notes.push(format!("heard with the head {} of {} directions", head.title, hrtf.directions()));

@@ -45,7 +45,7 @@ pub(crate) fn run(args: &FitArgs, t20: &T20) -> Result<()> {
         times("fitted", &matched.t20_s),
         line("absorption exponents times", |b| format!("{:.3}", matched.factors[b])),
     ];
-    report::print(&report::table(&rows, args.markdown))?;
+    report::markdown_or(&args.markdown, |markdown| report::table(&rows, markdown))?;
     for missed in &matched.missed {
         report::note(missed);
     }

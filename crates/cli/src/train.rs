@@ -8,7 +8,6 @@ use promenade_baker::anchors::AnchorSet;
 use promenade_baker::{BakeError, Capture, atomic, file};
 use promenade_core::{Pose, Provenance, Scene};
 use promenade_trainer::{Checkpoint, CurvePoint, Device, Scores, TrainSettings, Trainer, Trial, WORTH, search};
-use std::time::Instant;
 
 /// Ending of the file that a training is kept in beside its scene until it is done.
 const KEPT: &str = "training";
@@ -39,6 +38,7 @@ pub(crate) fn run(args: &TrainArgs) -> Result<()> {
         anyhow::bail!("--simulate: expected --head with the ears that heard the recordings, found none");
     }
     let places = Places::of(&args.simulation, &capture.emitters, capture.sample_rate_hz, settings.seed)?;
+    let bar = report::Bar::new("preparing", 1.0);
     let mut trainer = match &places {
         None => Trainer::new(&capture, anchors, settings.clone(), device, threads)?,
         Some(places) => {
@@ -49,6 +49,7 @@ pub(crate) fn run(args: &TrainArgs) -> Result<()> {
             Trainer::on_simulation(&capture, anchors, settings.clone(), device, threads, &simulate)?
         }
     };
+    drop(bar);
     if let Some(before) = before {
         trainer.resume(before).with_context(|| format!("{}", kept.display()))?;
         report::note(format_args!("{}: goes on from step {}", kept.display(), trainer.steps()));
@@ -105,22 +106,21 @@ fn anchor_sets(args: &TrainArgs, capture: &Capture) -> Result<Vec<AnchorSet>> {
 /// Takes the steps that are left, tells how it goes, and keeps the training now and then and at the end.
 fn learn<'a>(trainer: &mut Trainer<'a>, args: &TrainArgs, keep: impl Fn(&Trainer<'a>) -> Result<(), BakeError>) -> Result<()> {
     let TrainSettings { steps, look_every, .. } = *trainer.settings();
-    let (from, began) = (trainer.steps(), Instant::now());
+    let from = trainer.steps();
+    let bar = report::Bar::new("training", (steps - from.min(steps)) as f64);
     while trainer.steps() < steps {
         let step = trainer.step();
         if !step.gradient_norm.is_finite() {
             anyhow::bail!("step {}: expected a finite loss, found none; a lower learning rate may help", step.step + 1);
         }
         let done = trainer.steps();
+        bar.at((done - from) as f64);
         if done.is_multiple_of(look_every) || done == steps {
             let point = trainer.note();
             let [mag, lre, env] = point.test;
-            let per_step = began.elapsed().as_secs_f64() / (done - from) as f64;
+            let loss = point.loss;
             report::line(format_args!(
-                "step {done} of {steps}: loss {:.4}; test MAG {mag:.4}, LRE {lre:.3} dB, ENV {env:.4}; {per_step:.3} s a step, \
-                 {} left",
-                point.loss,
-                report::minutes(per_step * (steps - done) as f64)
+                "step {done} of {steps}: loss {loss:.4}; test MAG {mag:.4}, LRE {lre:.3} dB, ENV {env:.4}"
             ));
             if let Some(file) = &args.curve {
                 atomic::write(file, course(trainer.curve())?.as_bytes())?;
@@ -161,6 +161,7 @@ fn look_for(
         report::line(&line);
         notes.push(line);
     };
+    let _bar = report::Bar::new("searching", 1.0);
     let (set, found, _) = search(capture, sets, settings, steps, on, &mut each)?;
     Ok((set, found, notes))
 }

@@ -12,9 +12,16 @@ use anyhow::{Result, ensure};
 use promenade_core::network::Placement;
 use promenade_paths::PlacementOptions;
 use site::Site;
+use std::path::PathBuf;
 
 pub(crate) fn run(args: &WebArgs) -> Result<()> {
-    let (scenes, given) = (args.scenes.len(), args.splats.len());
+    // An option with several files takes what follows it: what is a scene is told by its ending.
+    let is_scene = |file: &&PathBuf| file.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("promenade"));
+    let lists = [&args.dry, &args.path, &args.head, &args.headphones, &args.splats];
+    let all: Vec<&PathBuf> = args.scenes.iter().chain(lists.iter().flat_map(|list| list.iter().filter(is_scene))).collect();
+    let [dry, path, head, headphones, splats] =
+        lists.map(|list| list.iter().filter(|file| !is_scene(file)).collect::<Vec<_>>());
+    let (scenes, given) = (all.len(), splats.len());
     ensure!(given <= scenes, "--splats: expected at most one file a scene, {scenes}, found {given}");
     let options = args.placement.options();
     ensure!(
@@ -24,14 +31,14 @@ pub(crate) fn run(args: &WebArgs) -> Result<()> {
     let placement = options.over(&Placement::IDENTITY, &[])?;
     let engine = engine::read(args.engine.as_deref())?;
     let mut site = Site::new(engine);
-    for (number, file) in args.scenes.iter().enumerate() {
-        let splats = args.splats.get(number).map(|file| site.add_splats(file, &placement)).transpose()?;
+    for (number, file) in all.into_iter().enumerate() {
+        let splats = splats.get(number).map(|file| site.add_splats(file, &placement)).transpose()?;
         site.add_scene(file, splats)?;
     }
-    args.dry.iter().try_for_each(|file| site.add_sound(file))?;
-    args.path.iter().try_for_each(|file| site.add_path(file))?;
-    args.head.iter().try_for_each(|file| site.add_head(file))?;
-    args.headphones.iter().try_for_each(|file| site.add_headphones(file))?;
+    dry.iter().try_for_each(|file| site.add_sound(file))?;
+    path.iter().try_for_each(|file| site.add_path(file))?;
+    head.iter().try_for_each(|file| site.add_head(file))?;
+    headphones.iter().try_for_each(|file| site.add_headphones(file))?;
     let site = site.finish(args.title.as_deref());
     if let Some(folder) = &args.output {
         ensure!(!folder.is_file(), "{}: expected a folder to write, found a file", folder.display());

@@ -5,10 +5,12 @@ mod commands;
 mod common;
 mod fit;
 mod fit_heard;
+mod help;
 mod host;
 mod map_mix;
 mod meshes;
 mod paths;
+mod pipes;
 mod placement;
 #[cfg(feature = "train")]
 mod refine;

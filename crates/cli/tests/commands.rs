@@ -288,7 +288,7 @@ fn bad_input_is_one_line_and_leaves_nothing() {
         (vec!["bake", "responses", &set, "-o", &out, "--hold-out", "sideways=3"], "hold-out: expected"),
         (vec!["bake", "responses", &set, "-o", &p("no/such/x.promenade")], "cannot be written"),
         (vec!["bake", "responses", &set, "-o", &out, "--root", &p("nowhere")], "nowhere: cannot be read"),
-        (vec!["inspect", &p("in.wav")], "no readable scene"),
+        (vec!["inspect", &p("in.wav")], "in.wav: expected a scene, which is the first file and ends in .promenade"),
         (vec!["measure", "--response", &p("in.wav")], "expected the 2 channels of a binaural file, found 1"),
     ] {
         let said = fails(&args);

@@ -26,7 +26,7 @@ fn a_site_holds_what_it_was_given_and_names_no_other_host() {
     let text = folder.path().join("ParametricEQ.txt");
     std::fs::write(&text, "Preamp: -3 dB\nFilter 1: ON PK Fc 1000 Hz Gain 2 dB Q 1.41\n").unwrap();
     let (engine, text) = (engine(folder.path()), text.to_string_lossy().into_owned());
-    let given = [SCENE, ROOM, ROOM, "--dry", SPEECH, "--path", WALK, "--headphones", &text, "--engine", &engine, "-o", &out];
+    let given = [SCENE, ROOM, "--dry", SPEECH, ROOM, "--path", WALK, "--headphones", &text, "--engine", &engine, "-o", &out];
     succeeds(&[&["web"], &given[..]].concat());
     let contents: serde_json::Value = serde_json::from_slice(&std::fs::read(site.join("site.json")).unwrap()).unwrap();
     let file = |list: &str, number: usize| std::fs::read(site.join(contents[list][number]["file"].as_str().unwrap())).unwrap();
@@ -65,7 +65,7 @@ fn what_makes_no_page_is_said() {
     let splats = |file: &str| web(&[SCENE, "--engine", &engine, "--splats", &at(file)]);
     assert!(splats("cut.ply").contains("cut.ply: expected splats with the property y, found none of this name"));
     assert!(splats("odd.splat").contains("odd.splat: expected 32 bytes a splat, found 33 bytes"));
-    assert!(splats("no.promenade").contains("expected splats as .ply or .splat"));
+    assert!(splats("engine.wasm").contains("expected splats as .ply or .splat"));
     assert!(fails(&["web", SCENE, "--engine", &engine, "-o", &engine]).contains("expected a folder to write, found a file"));
     assert!(!folder.path().join("site").exists(), "nothing is left");
 }

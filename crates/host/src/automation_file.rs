@@ -7,8 +7,6 @@ use serde::de::{MapAccess, Visitor};
 use serde::{Deserialize, Deserializer};
 use serde_json::Value;
 use std::fmt;
-use std::fs::File;
-use std::io::Read;
 use std::path::{Path, PathBuf};
 
 /// The longest automation file that is read, bytes.
@@ -64,19 +62,13 @@ impl<'de> Deserialize<'de> for Entries {
 }
 
 impl AutomationFile {
-    /// Reads a file.
+    /// Reads the bytes of a file, whose path errors name.
     ///
     /// # Errors
-    /// A file that is missing, too long, or no JSON of the form.
-    pub fn read(path: &Path) -> Result<Self, Fault> {
+    /// No JSON of the form.
+    pub fn read(path: &Path, bytes: &[u8]) -> Result<Self, Fault> {
         const FORM: &str = r#"expected {"parameters": {NAME: [{"t": SECONDS, "value": VALUE}, ...]}}"#;
-        let failed = Fault::read(path);
-        let mut bytes = Vec::new();
-        File::open(path).map_err(&failed)?.take(MAX_AUTOMATION_BYTES + 1).read_to_end(&mut bytes).map_err(failed)?;
-        if bytes.len() as u64 > MAX_AUTOMATION_BYTES {
-            return Err(Fault::content(path, format_args!("at most {MAX_AUTOMATION_BYTES} bytes of automation"), "more"));
-        }
-        let form: Form = serde_json::from_slice(&bytes).map_err(Fault::at(path, FORM))?;
+        let form: Form = serde_json::from_slice(bytes).map_err(Fault::at(path, FORM))?;
         Ok(Self { path: path.to_path_buf(), parameters: form.parameters.0 })
     }
 
@@ -134,10 +126,7 @@ mod tests {
     use super::*;
 
     fn read(text: &str) -> Result<AutomationFile, Fault> {
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("moves.json");
-        std::fs::write(&path, text).unwrap();
-        AutomationFile::read(&path)
+        AutomationFile::read(Path::new("moves.json"), text.as_bytes())
     }
 
     #[test]
@@ -166,7 +155,5 @@ mod tests {
             assert!(source.contains(said), "{text}: {source}");
             assert!(error.to_string().contains("moves.json: expected {\"parameters\""), "{error}");
         }
-        let folder = tempfile::tempdir().unwrap();
-        assert!(AutomationFile::read(folder.path()).unwrap_err().to_string().contains("cannot be read"));
     }
 }

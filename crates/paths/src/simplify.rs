@@ -8,6 +8,10 @@ const COMPARED: [f64; 4] = [0.0, 0.25, 0.5, 0.75];
 const DENSE_S: f64 = 0.1;
 /// Rounds of leaving out keyframes that turn out not to be needed; later rounds find next to none.
 const ROUNDS: usize = 4;
+/// Keyframes that are kept of a long recording, at most, for which one search is not enough.
+const LARGE: usize = 10_000;
+/// Recorded poses of a long segment that are compared before all are: one that is far off needs no more.
+const SAMPLES: usize = 16;
 
 /// Some of the keyframes, so that the path through them stays within a tolerance of the path through all.
 ///
@@ -27,7 +31,9 @@ pub fn simplify(keyframes: &[Keyframe], tolerance_m: f32, tolerance_rad: f32) ->
     let last = keyframes.len() - 1;
     let mut best: Option<Vec<usize>> = None;
     for (split, parts) in TRIALS {
-        if best.as_ref().is_some_and(|b| b.len() <= parts) {
+        // Of a long recording of which much is kept, another search leaves out hardly more.
+        let is_large = |kept: &Vec<usize>| kept.len() > LARGE.max(last / 8);
+        if best.as_ref().is_some_and(|b| b.len() <= parts || is_large(b)) {
             continue;
         }
         let mut kept: Vec<usize> = (0..=parts).map(|part| last * part / parts).collect();
@@ -141,7 +147,7 @@ impl Fit<'_> {
         let path = self.path(&numbers)?;
         let middle = before.len();
         let segment =
-            |to: usize| numbers.get(to).is_none_or(|n| self.offs(&path, numbers[to - 1], *n).all(|(_, off)| off <= 1.0));
+            |to: usize| numbers.get(to).is_none_or(|n| self.in_order(&path, numbers[to - 1], *n).all(|(_, off)| off <= 1.0));
         // The widened segment first, which is the likeliest to be too far off.
         Ok(segment(middle) && (middle < 2 || segment(middle - 1)) && segment(middle + 1))
     }
@@ -152,8 +158,26 @@ impl Fit<'_> {
 
     /// The recorded keyframe near which a path is furthest off between two; none within tolerance.
     fn worst(&self, path: &CameraPath, from: usize, to: usize) -> Option<usize> {
-        let worst = self.offs(path, from, to).max_by(|a, b| a.1.total_cmp(&b.1))?;
-        (worst.1 > 1.0).then_some(worst.0)
+        let worst = |offs: &mut dyn Iterator<Item = (usize, f32)>| {
+            let worst = offs.max_by(|a, b| a.1.total_cmp(&b.1))?;
+            (worst.1 > 1.0).then_some(worst.0)
+        };
+        worst(&mut self.samples(path, from, to)).or_else(|| worst(&mut self.offs(path, from, to)))
+    }
+
+    /// [`Self::samples`], and then [`Self::offs`].
+    fn in_order<'a>(&'a self, path: &'a CameraPath, from: usize, to: usize) -> impl Iterator<Item = (usize, f32)> + 'a {
+        self.samples(path, from, to).chain(self.offs(path, from, to))
+    }
+
+    /// How far a path is off at a few recorded keyframes of a long segment; none of a short one.
+    fn samples<'a>(&'a self, path: &'a CameraPath, from: usize, to: usize) -> impl Iterator<Item = (usize, f32)> + 'a {
+        let count = if to - from > 4 * SAMPLES { SAMPLES } else { 1 };
+        (1..count).map(move |i| {
+            let number = from + (to - from) * i / count;
+            let recorded = &self.recorded.keyframes()[number];
+            (number, self.off(&path.pose_at(recorded.t_s), &recorded.pose))
+        })
     }
 
     /// How far a path is off between two recorded keyframes, in tolerances, and the recorded keyframe near each place.
@@ -281,6 +305,19 @@ mod tests {
             println!("a circle within {metres} m and {degrees} degrees: {} of {} keyframes", few.len(), all.len());
             assert_within(&few, &all, metres, degrees.to_radians());
             assert!(few.len() <= most, "{metres} m, {degrees} degrees: {} of {}", few.len(), all.len());
+        }
+    }
+
+    #[test]
+    fn a_long_recording_takes_little_time() {
+        for (metres, degrees) in [(0.05, 2.0_f32), (0.001, 0.05), (0.0, 0.0)] {
+            let all = recorded(200_000.0 / 60.0, walk(7));
+            let began = std::time::Instant::now();
+            let few = simplify(&all, metres, degrees.to_radians()).unwrap();
+            let took_s = began.elapsed().as_secs_f64();
+            println!("{metres} m, {degrees} degrees: {} of {} keyframes in {took_s:.2} s", few.len(), all.len());
+            assert_within(&few, &all, metres + 1e-6, degrees.to_radians() + 1e-6);
+            assert!(took_s < 3.0, "{took_s} s");
         }
     }
 

@@ -17,19 +17,22 @@ use promenade_audio::file::keep_inputs;
 use std::ffi::OsString;
 use std::process::ExitCode;
 
-/// What there is to say of a command line, on one screen.
-const HELP: &str = "\
-SCENE DRY OUT [options]   plays DRY (WAV, FLAC) through SCENE into OUT
-SCENE DRY --play          plays to the sound card (feature `play`)
+/// What there is to say of a command line, on one screen: a line for each option, its name and its value, two spaces or more,
+/// and what it does.
+pub const HELP: &str = "\
+SCENE DRY -o OUT [options]   plays DRY (WAV, AIFF, FLAC) through SCENE into OUT (WAV)
+SCENE DRY --play             plays to the sound card (feature `play`)
+  -o, --output OUT          what is written; - stands for standard input and output here and in DRY
 
 The listener
   --path FILE               walks: .json, .csv, .gltf, .glb, COLMAP, transforms.json or ADM
-  --loop, --speed N         starts the path over at its end; seconds of it per second of sound
+  --loop                    starts the path over at its end
+  --speed N                 seconds of the path per second of sound [1]
   --pose X,Y,Z,YAW,PITCH,ROLL   stands still, metres and degrees [the scene's start pose]
   --head FILE               hears with the head of a SOFA file
   --headphones FILE         what they need: a text by AutoEq or a SOFA file
 The sources
-  --source X,Y,Z=SOUND      a further sound in the same room, up to 63 times; PATH=SOUND moves it
+  --further X,Y,Z=SOUND     a further sound in the same room, up to 63 times; PATH=SOUND moves it
   --emitter X,Y,Z           where DRY comes from, in scenes trained with several emitters
   --stereo-spread DEG       angle between emitters of left and right [one for their mean]
 The sound
@@ -49,6 +52,10 @@ How it is played
   --order N                 of Ambisonics, 1 to 3 [3]
   --bits FORMAT             16, 24, 32 or 32f [24]
   --block N                 samples rendered at a time [4096]
+  --play                    to the sound card
+Examples
+  promenade render loft.promenade phrase.flac -o walk.wav --path loft.json
+  sox speech.wav -t wav - | promenade render loft.promenade - -o - | play -
 ";
 
 /// Runs a command line, `args` without the program's name: exit status 0 for success, 1 for failure with a line `error: ...`,
@@ -58,7 +65,10 @@ pub fn main(program: &str, args: impl IntoIterator<Item = OsString>) -> ExitCode
     keep_inputs();
     match Options::parse(args) {
         Ok(None) => {
-            print!("{program} {}", HELP.replacen("\nSCENE", &format!("\n{program} SCENE"), 1));
+            print!(
+                "{program} {}",
+                HELP.replacen("\nSCENE", &format!("\n{program} SCENE"), 1).replace("promenade render", program)
+            );
             ExitCode::SUCCESS
         }
         Ok(Some(options)) => match render::run(&options) {

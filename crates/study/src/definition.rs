@@ -1,7 +1,7 @@
 //! What a study asks, as its author writes it.
 
 use crate::answers::Method;
-use promenade_audio::FileError;
+use promenade_audio::{FileError, file};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -104,13 +104,9 @@ impl Study {
     /// # Errors
     /// A file that cannot be read or is no study, with what was expected and found.
     pub fn read(path: &Path) -> Result<Self, FileError> {
-        let size = std::fs::metadata(path).map_err(FileError::read(path))?.len();
-        let wrong = |expected: &str, found: String| FileError::content(path, expected, found);
-        if size > MOST_BYTES {
-            return Err(wrong("a study of at most 4 MiB", format!("{size} bytes")));
-        }
-        let text = std::fs::read_to_string(path).map_err(FileError::read(path))?;
-        let study: Self = serde_json::from_str(&text).map_err(|error| wrong("a study", error.to_string()))?;
+        let bytes = file::read(path, MOST_BYTES).map_err(FileError::read(path))?;
+        let study = serde_json::from_slice(&bytes).map_err(|error| FileError::content(path, "a study", error.to_string()));
+        let study: Self = study?;
         study.check().map_err(|(entry, expected, found)| FileError::entry(path, entry, expected, found))?;
         Ok(study)
     }

@@ -3,7 +3,7 @@
 use crate::answers::{Answer, Answers, HEADER, distinct};
 use crate::preferences::Preferences;
 use csv::{ReaderBuilder, StringRecord, Trim};
-use promenade_audio::FileError;
+use promenade_audio::{FileError, file};
 use std::path::Path;
 
 /// Largest file, bytes.
@@ -35,11 +35,7 @@ pub fn read<P: AsRef<Path>>(paths: &[P]) -> Result<Material, FileError> {
     let mut material = Material::default();
     for path in paths {
         let path = path.as_ref();
-        let size = std::fs::metadata(path).map_err(FileError::read(path))?.len();
-        if size > MOST_BYTES {
-            return Err(FileError::content(path, "at most 256 MiB", format!("{size} bytes")));
-        }
-        let bytes = std::fs::read(path).map_err(FileError::read(path))?;
+        let bytes = file::read(path, MOST_BYTES).map_err(FileError::read(path))?;
         add(&mut material, path, &bytes)?;
         let items = distinct(material.answers.list().iter().map(|answer| &*answer.item)).len();
         if items > MOST_ITEMS {

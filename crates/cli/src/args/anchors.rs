@@ -1,7 +1,7 @@
 //! Arguments of `promenade anchors`.
 
 use super::reconstruction::ReconstructionArgs;
-use super::values::parse_point;
+use super::values::parse_lengths;
 use clap::{ArgGroup, Args};
 use promenade_core::glam::Vec3;
 use std::path::PathBuf;
@@ -12,7 +12,7 @@ pub(crate) struct AnchorsArgs {
     /// COLMAP model (its folder), points, 3D Gaussian splats or a mesh (.ply), or a mesh (.obj)
     pub(crate) source: Option<PathBuf>,
     /// A box room from the origin to this corner instead, metres
-    #[arg(long = "box", value_name = "X,Y,Z", value_parser = parse_point)]
+    #[arg(long = "box", value_name = "X,Y,Z", value_parser = parse_lengths)]
     pub(crate) size: Option<Vec3>,
     /// Anchor file to write
     #[arg(short, long, value_name = "FILE.safetensors")]

@@ -1,6 +1,7 @@
 //! Arguments of `promenade capture`.
 
 use super::bake::ResponsesArgs;
+use super::figures::JsonFile;
 use super::placement::PlacementArgs;
 use super::values::{parse_point, within};
 use clap::{Args, Subcommand, ValueEnum};
@@ -118,18 +119,16 @@ pub(crate) struct ImportCaptureArgs {
 pub(crate) struct CheckArgs {
     /// Folder with a capture.json
     pub(crate) capture: PathBuf,
-    /// As JSON
-    #[arg(long)]
-    pub(crate) json: bool,
+    #[command(flatten)]
+    pub(crate) json: JsonFile,
 }
 
 #[derive(Debug, Args)]
 pub(crate) struct EmitterArgs {
     /// Folder with a capture.json
     pub(crate) capture: PathBuf,
-    /// As JSON
-    #[arg(long)]
-    pub(crate) json: bool,
+    #[command(flatten)]
+    pub(crate) json: JsonFile,
     /// Put the position into the capture's manifest
     #[arg(long)]
     pub(crate) write: bool,

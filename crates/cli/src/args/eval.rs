@@ -1,7 +1,7 @@
 //! Arguments of `promenade eval`.
 
 use super::capture::HoldOutArgs;
-use super::study::FigureFiles;
+use super::figures::FigureFiles;
 use super::values::parse_tier;
 use clap::{Args, ValueEnum};
 use promenade_player::Playing;

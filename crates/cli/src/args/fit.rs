@@ -1,6 +1,7 @@
 //! Arguments of `promenade fit`.
 
 use super::air::AirArgs;
+use super::figures::MarkdownFile;
 use super::mesh::MeshArgs;
 use super::pictures::PictureArgs;
 use super::simulate::parse_rule;
@@ -91,9 +92,8 @@ pub(crate) struct FitArgs {
     /// Seed of draws and rays
     #[arg(long, default_value_t = 1)]
     pub(crate) seed: u64,
-    /// Tables as Markdown
-    #[arg(long)]
-    pub(crate) markdown: bool,
+    #[command(flatten)]
+    pub(crate) markdown: MarkdownFile,
     #[command(flatten)]
     pub(crate) set: MeasurementArgs,
 }

@@ -11,8 +11,10 @@ pub(crate) struct HostArgs {
     /// Dry WAV file, mono or stereo
     #[arg(required_unless_present_any = ["list", "presets"])]
     pub(crate) input: Option<PathBuf>,
+    #[arg(hide = true, conflicts_with = "output")]
+    pub(crate) named: Option<PathBuf>,
     /// WAV file to write, 32-bit float, stereo unless --outputs says more
-    #[arg(required_unless_present_any = ["list", "presets"])]
+    #[arg(short, long, value_name = "FILE.wav", required_unless_present_any = ["list", "presets", "named"])]
     pub(crate) output: Option<PathBuf>,
     /// Name, vendor, version, latency and parameters of the plugin instead of a rendering
     #[arg(long, conflicts_with_all = ["input", "output", "tracks", "automation", "tail", "save_state"])]

@@ -1,5 +1,6 @@
 //! Arguments of `promenade measure`.
 
+use super::figures::{JsonFile, MarkdownFile};
 use super::values::within;
 use clap::{ArgGroup, Args, ValueEnum};
 use promenade_baker::measure::RESPONSE_S;
@@ -10,9 +11,13 @@ use std::path::PathBuf;
 pub(crate) struct MeasureArgs {
     /// Scene file, baked with --hold-out or with an anchor cloud
     pub(crate) scene: Option<PathBuf>,
-    /// How the comparison of a scene is written
-    #[arg(long, value_enum, default_value_t = TableForm::Text, conflicts_with = "response")]
-    pub(crate) format: TableForm,
+    #[command(flatten)]
+    json: JsonFile,
+    #[command(flatten)]
+    markdown: MarkdownFile,
+    /// The older name of both, which goes to standard output.
+    #[arg(long, hide = true, value_enum, conflicts_with_all = ["response", "json", "markdown"])]
+    format: Option<TableForm>,
     /// Length of the rendered responses, seconds; without it, one and a half times the longest decay
     #[arg(long, value_name = "S", conflicts_with = "response", value_parser = within(*RESPONSE_S.start(), *RESPONSE_S.end()))]
     pub(crate) seconds: Option<f64>,
@@ -67,8 +72,21 @@ pub(crate) struct MeasureArgs {
     pub(crate) tone_hz: Option<f64>,
 }
 
+impl MeasureArgs {
+    /// Where JSON and Markdown go.
+    pub(crate) fn files(&self) -> (JsonFile, MarkdownFile) {
+        let (mut json, mut markdown) = (self.json.clone(), self.markdown.clone());
+        match self.format {
+            Some(TableForm::Json) => json.json = Some("-".into()),
+            Some(TableForm::Markdown) => markdown.markdown = Some("-".into()),
+            Some(TableForm::Text) | None => {}
+        }
+        (json, markdown)
+    }
+}
+
 #[derive(Clone, Copy, Debug, PartialEq, ValueEnum)]
-pub(crate) enum TableForm {
+enum TableForm {
     Text,
     Markdown,
     Json,

@@ -3,7 +3,7 @@
 use super::air::AirArgs;
 use super::capture::ClipArgs;
 use super::mesh::{SCALE, UP};
-use super::values::{parse_absorption, parse_direction, parse_facing, parse_part, parse_point, within};
+use super::values::{parse_absorption, parse_direction, parse_facing, parse_lengths, parse_part, parse_point, within};
 use clap::{Args, Subcommand, ValueEnum};
 use promenade_acoustics::{Material, Materials};
 use promenade_baker::simulation::{Absorption, MAX_LENGTH_S, Part};
@@ -185,14 +185,14 @@ pub(super) fn parse_rule(text: &str) -> Result<(String, String), String> {
         Some((pattern, material)) if !pattern.trim().is_empty() && !material.trim().is_empty() => {
             Ok((pattern.trim().to_owned(), material.trim().to_owned()))
         }
-        _ => Err(format!("expected PATTERN=MATERIAL, found {text:?}")),
+        _ => Err(format!("expected PATTERN=MATERIAL, such as *={} for all surfaces, found {text:?}", text.trim())),
     }
 }
 
 #[derive(Debug, Args)]
 pub(crate) struct SimulateBoxArgs {
     /// Length, width and height, metres; the room is the box from the origin to this corner
-    #[arg(long, value_name = "X,Y,Z", value_parser = parse_point)]
+    #[arg(long, value_name = "X,Y,Z", value_parser = parse_lengths)]
     pub(crate) size: Vec3,
     /// Where the sound comes from, metres
     #[arg(long, value_name = "X,Y,Z", value_parser = parse_point)]

@@ -1,5 +1,6 @@
 //! Arguments of `promenade study`.
 
+use super::figures::FigureFiles;
 use super::values::within;
 use clap::{Args, Subcommand};
 use std::net::SocketAddr;
@@ -49,20 +50,6 @@ pub(crate) struct StudyServeArgs {
     /// A name that listeners have for this machine, as often as there are, where a web server in front of it passes names on
     #[arg(long, value_name = "NAME")]
     pub(crate) host: Vec<String>,
-}
-
-/// Files that figures are written to.
-#[derive(Debug, Args)]
-pub(crate) struct FigureFiles {
-    /// Write all figures, each single one too
-    #[arg(long, value_name = "FILE")]
-    pub(crate) json: Option<PathBuf>,
-    /// Write the tables as Markdown
-    #[arg(long, value_name = "FILE")]
-    pub(crate) markdown: Option<PathBuf>,
-    /// Write a plot (SVG) for each figure into this folder
-    #[arg(long, value_name = "FOLDER")]
-    pub(crate) plots: Option<PathBuf>,
 }
 
 #[derive(Debug, Args)]

@@ -20,13 +20,18 @@ pub(super) fn parse_bounds(text: &str) -> Result<(Vec3, Vec3), String> {
     }
 }
 
+/// Parses the lengths of a box: `X,Y,Z`, or `XxYxZ` as drawings have them.
+pub(super) fn parse_lengths(text: &str) -> Result<Vec3, String> {
+    parse_point(&text.replace('x', ","))
+}
+
 pub(super) fn parse_pair(text: &str) -> Result<(f32, f32), String> {
     values::numbers(text, "low,high").map(|[low, high]| (low, high))
 }
 
 /// Parses the size of a picture.
 pub(super) fn parse_pixels(text: &str) -> Result<[usize; 2], String> {
-    let [width, height] = values::numbers::<f32, 2>(text, "width,height")?;
+    let [width, height] = values::numbers::<f32, 2>(&text.replace('x', ","), "width,height")?;
     let fits = |n: f32| (1.0..=8192.0).contains(&n) && n.fract() == 0.0;
     if fits(width) && fits(height) {
         Ok([width as usize, height as usize])

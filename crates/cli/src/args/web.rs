@@ -1,10 +1,11 @@
 //! Arguments of `promenade web`.
 
 use super::placement::PlacementArgs;
-use clap::Args;
+use clap::{ArgGroup, Args};
 use std::path::PathBuf;
 
 #[derive(Debug, Args)]
+#[command(group(ArgGroup::new("to").args(["output", "serve"]).required(true).multiple(true)))]
 pub(crate) struct WebArgs {
     /// Scene files; the first is heard first
     #[arg(required = true, value_name = "SCENE")]
@@ -34,7 +35,7 @@ pub(crate) struct WebArgs {
     #[arg(long, value_name = "FILE")]
     pub(crate) engine: Option<PathBuf>,
     /// Folder to write, made if it is not there; files of an older page in it are replaced
-    #[arg(short, long, value_name = "SITE", required_unless_present = "serve")]
+    #[arg(short, long, value_name = "SITE")]
     pub(crate) output: Option<PathBuf>,
     /// Show the page to browsers on this machine, until this command is ended
     #[arg(long, value_name = "PORT", num_args = 0..=1, default_missing_value = "8000")]

@@ -20,7 +20,7 @@ struct Levels {
 pub(super) fn run(args: &CheckArgs) -> Result<()> {
     let capture = Capture::load(&args.capture)?;
     let levels = [Split::Train, Split::Test].map(|split| levels(&capture, split));
-    report::print(&if args.json { format!("{:#}\n", as_json(&capture, &levels)) } else { as_text(&capture, &levels) })
+    report::json_or(&args.json, &as_json(&capture, &levels), || as_text(&capture, &levels))
 }
 
 fn levels(capture: &Capture, split: Split) -> Levels {

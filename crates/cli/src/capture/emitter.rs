@@ -19,7 +19,7 @@ pub(super) fn run(args: &EmitterArgs) -> Result<()> {
         let whole_mm = found.position.to_array().map(|v| (1e3 * v).round() / 1e3);
         Capture::write_emitter(&args.capture, Vec3::from(whole_mm), args.force)?;
     }
-    report::print(&if args.json { format!("{:#}\n", as_json(&found, off.as_ref())) } else { as_text(&found, off.as_ref()) })
+    report::json_or(&args.json, &as_json(&found, off.as_ref()), || as_text(&found, off.as_ref()))
 }
 
 /// How far an estimate is from the emitter that the manifest has.

@@ -20,7 +20,7 @@ pub(super) fn held_out(fitter: &Fitter<'_>, room: Option<&Stated>, set: &Measure
     let places = args.places.unwrap_or(count.div_ceil(3));
     let figures = all_figures(set, convention);
     let mut tables: Vec<Vec<Row>> = Vec::new();
-    let bar = report::Bar::new(1.0);
+    let bar = report::Bar::new("fitting", 1.0);
     for i in 0..u64::from(args.splits) {
         let split = Split::drawn(count, places, args.seed.wrapping_add(i))?;
         let mut rows = baselines(set, &figures, &split, convention);
@@ -49,7 +49,7 @@ pub(super) fn held_out(fitter: &Fitter<'_>, room: Option<&Stated>, set: &Measure
         set.sample_rate_hz,
         convention.name()
     ));
-    report::print(&report::table(&table(&mean_rows(&tables)), args.markdown))
+    report::markdown_or(&args.markdown, |markdown| report::table(&table(&mean_rows(&tables)), markdown))
 }
 
 /// Judges a fitted room with other materials on measurements of the changed room.
@@ -74,7 +74,7 @@ pub(super) fn changed(args: &FitArgs, path: &Path, fit: &mut dyn FittedRoom, set
     }
     let rows = [unchanged, row("changed", fit)];
     report::line(format_args!("{}: predicted from {}, {}", judge.title, set.title, convention.name()));
-    report::print(&report::table(&table(&rows), args.markdown))
+    report::markdown_or(&args.markdown, |markdown| report::table(&table(&rows), markdown))
 }
 
 /// What surfaces absorb that were changed together.
@@ -102,7 +102,7 @@ fn alike(args: &FitArgs, fit: &FullFit, before: &Measurements, after: &Measureme
         row("absorption before", &|o| share(found.before[o])),
         row("absorption after", &|o| share(found.after[o])),
     ];
-    report::print(&report::table(&rows, args.markdown))?;
+    report::markdown_or(&args.markdown, |markdown| report::table(&rows, markdown))?;
     for (name, all) in [("before", &found.before), ("after", &found.after)] {
         // An octave that is not known is as the nearest that is.
         let known: Vec<(usize, f64)> = all.iter().enumerate().skip(1).filter_map(|(o, a)| Some((o, (*a)?))).collect();

@@ -85,7 +85,7 @@ impl Fitter<'_> {
             Some(file) => Ok(atomic::write(file, &state.to_bytes())?),
             None => Ok(()),
         };
-        let bar = report::Bar::new(1.0);
+        let bar = report::Bar::new("fitting", 1.0);
         let what = || file.as_ref().map_or_else(|| set.title.clone(), |f| f.display().to_string());
         let found = self.full(room, set, from, &keep, &mut |share| bar.at(share));
         let (whole, patches) = found.with_context(what)?;

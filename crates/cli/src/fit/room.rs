@@ -9,6 +9,11 @@ use std::path::Path;
 /// Endings of meshes.
 const MESHES: [&str; 7] = ["obj", "stl", "ply", "glb", "gltf", "ac", "dxf"];
 
+/// Whether a file is a mesh by its ending.
+pub(super) fn is_mesh(path: &Path) -> bool {
+    path.extension().is_some_and(|e| MESHES.iter().any(|m| e.eq_ignore_ascii_case(m)))
+}
+
 /// What is stated of a room.
 pub(super) enum Stated {
     /// All of it.
@@ -20,10 +25,9 @@ pub(super) enum Stated {
 impl Stated {
     /// Lengths of a box, the word `box`, or a mesh.
     pub(super) fn new(room: &Path, args: &FitArgs) -> Result<Self> {
-        let is_mesh = room.extension().is_some_and(|e| MESHES.iter().any(|m| e.eq_ignore_ascii_case(m)));
         Ok(match room.to_str() {
             Some("box") => Self::Nothing,
-            _ if is_mesh => Self::Room(mesh(room, args)?),
+            _ if is_mesh(room) => Self::Room(mesh(room, args)?),
             _ => Self::Room(FlatRoom::of_box(walls(room)?)?),
         })
     }

@@ -107,7 +107,7 @@ fn of_room(args: &FitArgs, hrtf: &Hrtf, fit: &FullFit, set: &Measurements, besid
         title: format!("{}, fitted", set.title),
         recipe: recipe(args, set),
     };
-    let bar = report::Bar::new(1.0);
+    let bar = report::Bar::new("baking the scene", 1.0);
     let source = Source { position, directivity };
     Ok(bake_geometry(&mesh, &room, &source, hrtf, &options, |share| bar.at(share))?)
 }

@@ -28,8 +28,10 @@ pub(super) struct View {
 
 /// Makes the pictures.
 pub(super) fn run(args: &MapArgs, room: &Room, source: Source, camera: &Pose) -> Result<()> {
+    let bar = report::Bar::new("tracing", 1.0);
     let intensity = Intensity::new(room, source, &args.trace.options(args.rays.unwrap_or(RAYS)))?;
     let view = View::new(&intensity, camera, args.size, args.fov)?;
+    drop(bar);
     for path in &args.output {
         if super::ending(path) == "exr" {
             exr::write(path, view.size, vec![("distance", view.distance_m.clone()), ("level", view.level_db.clone())])?;

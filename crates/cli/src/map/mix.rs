@@ -41,7 +41,7 @@ pub(super) fn run(args: &MixMapArgs) -> Result<()> {
     let mut spent: Vec<Spent> = strategies.iter().map(|strategy| Spent::none(*strategy)).collect();
     let mut seen = picture_saliency(first.each_ref());
     let digits = frames.to_string().len().max(4);
-    let bar = report::Bar::new(1.0);
+    let bar = report::Bar::new("sharing out samples", 1.0);
     for (frame, weight) in weights.iter().enumerate() {
         if frame > 0 && !still {
             seen = seen_in(&args.pictures[frame], size)?;

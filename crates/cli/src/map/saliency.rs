@@ -5,12 +5,14 @@ use crate::args::SaliencyArgs;
 use crate::{plot, report};
 use anyhow::{Context, Result, bail};
 use promenade_baker::capture::mean;
+use promenade_baker::file::is_standard;
 use promenade_baker::{atomic, resample, sound};
 use promenade_metrics::{SALIENCY_RATE_HZ, SALIENCY_STEP_S, SampleBudget, picture_weights, saliency};
 use serde_json::json;
 
 pub(super) fn run(args: &SaliencyArgs) -> Result<()> {
-    if let Some(other) = args.output.iter().find(|path| !["json", "svg"].contains(&ending(path).as_str())) {
+    if let Some(other) = args.output.iter().find(|path| !["json", "svg"].contains(&ending(path).as_str()) && !is_standard(path))
+    {
         bail!("{}: expected a file ending in .json or .svg", other.display());
     }
     let mix = sound::read(&args.mix)?;

@@ -1,7 +1,7 @@
 //! A scene's rendered responses against the measurements that it was not baked from.
 
 use super::{HOST_BLOCK, HOST_RATE_HZ, Part};
-use crate::args::{MeasureArgs, TableForm};
+use crate::args::MeasureArgs;
 use crate::report;
 use anyhow::{Context, Result, anyhow};
 use promenade_baker::cost::{TierCost, tier_costs};
@@ -21,12 +21,13 @@ pub(crate) fn measure(scene: &Arc<Scene>, path: &Path, args: &MeasureArgs) -> Re
     let comparisons = compare_held_out(scene, seconds).with_context(|| name.to_string())?;
     let mean = MeanErrors::of(&comparisons).ok_or_else(|| anyhow!("{name}: nothing was compared"))?;
     let costs = tier_costs(scene, HOST_RATE_HZ, HOST_BLOCK, COST_S);
-    let markdown = args.format == TableForm::Markdown;
     Ok(Part {
-        text: as_table(&comparisons, &mean, markdown)
-            + "\n"
-            + &level_table(&comparisons, markdown)
-            + &cost_table(&costs, markdown),
+        text: [false, true].map(|markdown| {
+            as_table(&comparisons, &mean, markdown)
+                + "\n"
+                + &level_table(&comparisons, markdown)
+                + &cost_table(&costs, markdown)
+        }),
         json: as_json(&comparisons, &mean, &costs),
     })
 }

@@ -1,7 +1,7 @@
 //! A scene in a listener's terms.
 
 use super::Part;
-use crate::args::{MeasureArgs, TableForm};
+use crate::args::MeasureArgs;
 use crate::report;
 use anyhow::{Context, Result};
 use promenade_baker::listener::{HeardOff, listened};
@@ -36,7 +36,7 @@ pub(crate) fn measure(scene: &Arc<Scene>, path: &Path, args: &MeasureArgs) -> Re
         })
     };
     Ok(Part {
-        text: report::table(&table, args.format == TableForm::Markdown),
+        text: [false, true].map(|markdown| report::table(&table, markdown)),
         json: json!({
             "poses": found.poses,
             "scene": as_json(found.scene),

@@ -1,7 +1,7 @@
 //! An anchor cloud's streams against its own clips.
 
 use super::Part;
-use crate::args::{MeasureArgs, TableForm};
+use crate::args::MeasureArgs;
 use crate::report;
 use anyhow::{Context, Result, bail};
 use promenade_baker::streaming::{Distance, StreamReport, compare_streams, poses_within, test_sound};
@@ -19,15 +19,15 @@ const SEED: u64 = 1;
 pub(crate) fn measure(scene: &Arc<Scene>, cloud: &AnchorCloud, path: &Path, args: &MeasureArgs) -> Result<Part> {
     let (mono, sound) = input(scene, cloud, args)?;
     let poses = poses_within(scene.bounds(), scene.start_pose(), args.poses.unwrap_or(POSES) as usize, SEED);
-    let bar = report::Bar::new(100.0);
+    let bar = report::Bar::new("comparing", 100.0);
     let found = compare_streams(scene, &mono, &poses, |share| bar.at(100.0 * share))
         .with_context(|| format!("{}: its streams cannot be compared with its clips", path.display()))?;
     drop(bar);
     let rate = scene.grid().sample_rate_hz;
     let sound = format!("{sound}, {:.2} s at {rate} Hz", mono.len() as f64 / rate);
-    let markdown = args.format == TableForm::Markdown;
     Ok(Part {
-        text: format!("{}\n{}", table(&found, markdown), remarks(&found, cloud, &sound, poses.len(), markdown)),
+        text: [false, true]
+            .map(|markdown| format!("{}\n{}", table(&found, markdown), remarks(&found, cloud, &sound, poses.len(), markdown))),
         json: as_json(&found, cloud, &sound, poses.len()),
     })
 }

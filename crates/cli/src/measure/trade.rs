@@ -1,7 +1,7 @@
 //! What each setting of a scene costs, and how far it is off.
 
 use super::{HOST_BLOCK, HOST_RATE_HZ};
-use crate::args::{MeasureArgs, TableForm};
+use crate::args::MeasureArgs;
 use crate::{bake, plot, report, scene};
 use anyhow::{Context, Result, bail};
 use promenade_baker::atomic;
@@ -40,13 +40,8 @@ pub(super) fn run(of: &Arc<Scene>, path: &Path, args: &MeasureArgs) -> Result<()
         };
         atomic::write(file, &bytes)?;
     }
-    report::print(&match args.format {
-        TableForm::Json => format!("{:#}\n", as_json(&points, chosen, path)),
-        TableForm::Text | TableForm::Markdown => {
-            let sentence = sentence(chosen, path, args);
-            table(&points, args.format == TableForm::Markdown) + "\n" + &sentence + "\n"
-        }
-    })
+    let text = |markdown| table(&points, markdown) + "\n" + &sentence(chosen, path, args) + "\n";
+    report::tables(&args.files(), &as_json(&points, chosen, path), text)
 }
 
 /// The error that is drawn, with its name: to the measurements where there are any; else to the scene's own best while walking,
@@ -63,8 +58,10 @@ fn drawn(points: &[TradePoint]) -> (&'static str, fn(&TradePoint) -> f64) {
 fn command(point: &TradePoint, path: &Path) -> String {
     let file = quoted(&path.display().to_string());
     match point.way {
-        Way::Tier => format!("promenade render {file} IN.wav OUT.wav --tier {}", point.tier.name()),
-        Way::Decodes(hz) => format!("promenade render {file} IN.wav OUT.wav --tier {} --decode-rate {hz}", point.tier.name()),
+        Way::Tier => format!("promenade render {file} IN.wav -o OUT.wav --tier {}", point.tier.name()),
+        Way::Decodes(hz) => {
+            format!("promenade render {file} IN.wav -o OUT.wav --tier {} --decode-rate {hz}", point.tier.name())
+        }
         Way::Less(less) => format!("promenade bake less {file} {} -o LESS.promenade", bake::option(less)),
     }
 }

@@ -33,7 +33,7 @@ pub(super) fn run(args: &SimulateBoxArgs) -> Result<()> {
     if part.as_ref().is_some_and(is_there) {
         return Ok(());
     }
-    let bar = report::Bar::new(1.0);
+    let bar = report::Bar::new("simulating", 1.0);
     let done = |share| bar.at(share);
     let made = simulate_box(&walls, args.emitter, &run.head.1, &poses, &run.options(), done)?;
     drop(bar);

@@ -48,7 +48,7 @@ pub(super) fn write(
         title: args.title.clone().unwrap_or_else(|| report::file_name(&of.mesh)),
         recipe: recipe(of, args, spacing_m, (run, air)),
     };
-    let bar = report::Bar::new(1.0);
+    let bar = report::Bar::new("simulating", 1.0);
     let baked = bake_geometry(mesh, room, source, &hrtf, &options, |share| bar.at(share))?;
     drop(bar);
     written(&args.output, &baked, began)
@@ -90,7 +90,9 @@ pub(super) fn write_box(args: &SimulateBoxArgs) -> Result<()> {
         ),
     };
     let room = ShoeboxRoom { walls, corner: Vec3::ZERO, emitter: args.emitter };
+    let bar = report::Bar::new("simulating", 1.0);
     let made = bake_box(&room, &scene_head(&hrtf)?, &options)?;
+    drop(bar);
     after_eyring(&room.walls, args.air.air());
     written(&args.output, &made, began)
 }

@@ -41,7 +41,7 @@ pub(super) fn play(options: &Options, scene: &Arc<Scene>, walk: &Walk) -> Result
     };
     let stream = build(&device, config.config(), from, stopped).map_err(|e| wrong(&e))?;
     stream.play().map_err(|e| wrong(&e))?;
-    let bar = Bar::new(frames as f64 / rate + player.tail_s());
+    let bar = Bar::new("playing", frames as f64 / rate + player.tail_s());
     let mut played = 0;
     player.play(source, options.mix(), options.block(), &mut |s| walk.pose_at(s), &mut |ears: [&[f32]; 2]| {
         played += ears[0].len();

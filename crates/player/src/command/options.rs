@@ -118,11 +118,11 @@ impl Options {
 
     /// Refuses what does not go together.
     fn check(&self) -> Result<(), String> {
-        let (expected, names) = if self.play { (2, "SCENE DRY") } else { (3, "SCENE DRY OUT") };
+        let (expected, names) = if self.play { (2, "SCENE DRY") } else { (3, "SCENE DRY -o OUT") };
         let found = self.files.len();
         let still = self.path.is_none();
         let wrong = [
-            (found != expected, format!("expected {expected} files {names}, found {found}")),
+            (found != expected, format!("expected {names}, {expected} files, found {found}")),
             (still && self.looping, "--loop: expected --path with it".to_owned()),
             (still && self.speed.is_some(), "--speed: expected --path with it".to_owned()),
             (!still && self.pose.is_some(), "--pose: expected without --path".to_owned()),
@@ -176,7 +176,8 @@ fn is_ambix(text: &str) -> Result<bool, String> {
 
 /// Parses `X,Y,Z=SOUND` or `PATH=SOUND`.
 fn source(text: &str) -> Result<(Place, PathBuf), String> {
-    let (place, sound) = text.split_once('=').ok_or("expected X,Y,Z=SOUND or PATH=SOUND")?;
+    let (place, sound) =
+        text.split_once('=').ok_or("expected X,Y,Z=SOUND or PATH=SOUND (the place of DRY is --emitter X,Y,Z)")?;
     Ok((point(place).map_or_else(|_| Place::Path(place.into()), Place::Point), sound.into()))
 }
 
@@ -207,6 +208,7 @@ mod tests {
         assert_eq!(parsed("a b c --wet-solo --direct 3").unwrap().unwrap().trim.direct, 0.0);
         let options = parsed("a b c --order 1 --format ambix").unwrap().unwrap();
         assert_eq!((options.ambix, options.order), (true, Some(1)));
+        assert_eq!(parsed("a - -o - --further 1,0,0=d").unwrap(), parsed("a - - --source 1,0,0=d").unwrap());
         assert_eq!(parsed("a b --play").unwrap().unwrap().files.len(), 2);
         assert!(parsed("a --help").unwrap().is_none() && parsed("-h").unwrap().is_none());
     }
@@ -214,9 +216,10 @@ mod tests {
     #[test]
     fn what_is_not_understood_is_said() {
         for (line, clue) in [
-            ("", "expected 3 files SCENE DRY OUT, found 0"),
+            ("", "expected SCENE DRY -o OUT, 3 files, found 0"),
             ("a b c d", "found 4"),
-            ("a b c --play", "expected 2 files SCENE DRY, found 3"),
+            ("a b c -o d", "found 4"),
+            ("a b c --play", "expected SCENE DRY, 2 files, found 3"),
             ("a b c --mix 2", "--mix 2: expected a number from 0 to 1"),
             ("a b c --mix NaN", "--mix NaN"),
             ("a b c --block 0", "from 1 to 1048576"),

@@ -25,8 +25,15 @@ const IN_FOLDER: [&str; 7] = [
 /// A file that is missing, no regular file or no scene.
 pub fn read_scene(path: &Path) -> Result<Arc<Scene>, PlayerError> {
     let bytes = file::read(path, MAX_SCENE_BYTES as u64).map_err(FileError::read(path))?;
-    let scene = Scene::from_bytes(&bytes).map_err(|error| PlayerError::unreadable(path, "scene", error))?;
-    Ok(Arc::new(scene))
+    let ending = path.extension().map(|ending| ending.display().to_string()).filter(|e| !e.eq_ignore_ascii_case("promenade"));
+    let wrong = |error| match &ending {
+        Some(ending) => {
+            let expected = "a scene, which is the first file and ends in .promenade";
+            FileError::content(path, expected, format!("a file that ends in .{ending}")).into()
+        }
+        None => PlayerError::unreadable(path, "scene", error),
+    };
+    Ok(Arc::new(Scene::from_bytes(&bytes).map_err(wrong)?))
 }
 
 /// Reads a camera path of any form, of a COLMAP model or a NeRF tool also by its folder.

@@ -45,7 +45,7 @@ fn into_file(options: &Options, scene: &Arc<Scene>, walk: &Walk, output: &Path) 
     let order = options.ambix.then(|| options.order.unwrap_or(3));
     let outputs = order.map_or(2, |order| channels(order.into()) as u16);
     let mut writer = WavWriter::create(output, rate_hz, outputs, options.bits.unwrap_or(Format::Int24))?;
-    let bar = Bar::new(frames as f64 / rate + player.tail_s());
+    let bar = Bar::new("rendering", frames as f64 / rate + player.tail_s());
     let mut played = 0;
     let mut write = |channels: &[&[f32]]| {
         played += channels[0].len();

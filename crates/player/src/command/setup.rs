@@ -6,10 +6,14 @@ use super::terminal;
 use crate::error::of;
 use crate::{Player, PlayerError, Source, Voice, read_head, read_headphones};
 use promenade_audio::FileError;
+use promenade_core::glam::Vec3;
 use promenade_core::{CameraPath, LiveParams, Playback, Pose, Scene};
 use promenade_paths::ImportOptions;
 use std::path::Path;
 use std::sync::Arc;
+
+/// Farther than this outside of a small scene, metres, or than half of its diagonal, is far.
+const FAR_M: f32 = 2.0;
 
 /// Where the listener is over time.
 pub(super) enum Walk {
@@ -44,11 +48,31 @@ pub(super) fn scene(options: &Options) -> Result<Arc<Scene>, PlayerError> {
     Ok(scene)
 }
 
+/// Where the listener is; a place that is far outside of the scene is told.
 pub(super) fn walk(options: &Options, scene: &Scene) -> Result<Walk, PlayerError> {
-    let Some(file) = &options.path else { return Ok(Walk::Still(options.pose.unwrap_or_else(|| scene.start_pose()))) };
+    let Some(file) = &options.path else {
+        let pose = options.pose.unwrap_or_else(|| scene.start_pose());
+        tell_outside("--pose", scene, [pose]);
+        return Ok(Walk::Still(pose));
+    };
     let imported = read_path(file, &ImportOptions::default())?;
     terminal::notes(&imported.notes);
+    tell_outside("--path", scene, imported.path.keyframes().iter().map(|keyframe| keyframe.pose));
     Ok(Walk::Along(imported.path, Playback { speed: options.speed.unwrap_or(1.0), looping: options.looping }))
+}
+
+/// Says how far outside of the scene the farthest of poses is, if that is far.
+fn tell_outside(option: &str, scene: &Scene, poses: impl IntoIterator<Item = Pose>) {
+    let (low, high) = scene.bounds();
+    let outside = |pose: Pose| pose.position.distance(pose.position.clamp(low, high));
+    let farthest = poses.into_iter().map(outside).fold(0.0, f32::max);
+    if farthest > FAR_M.max(0.5 * low.distance(high)) {
+        let corner = |v: Vec3| format!("{:.1},{:.1},{:.1}", v.x, v.y, v.z);
+        let (low, high) = (corner(low), corner(high));
+        terminal::note(format_args!(
+            "{option}: {farthest:.1} m outside of the scene, which is known from {low} to {high} m: what is heard there is a guess"
+        ));
+    }
 }
 
 /// A player of the scene for a sound.

@@ -4,15 +4,24 @@ use std::error::Error;
 use std::fmt::Display;
 use std::io::{IsTerminal, stderr};
 use std::path::Path;
-use std::sync::atomic::{AtomicU32, Ordering};
-use std::time::Instant;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::mpsc::{RecvTimeoutError, Sender, channel};
+use std::thread::{self, JoinHandle};
+use std::time::{Duration, Instant};
 
 /// Characters of a bar.
 const WIDTH: u32 = 40;
+/// How often a bar is drawn, and how often work is told of in a log.
+const REDRAWN: Duration = Duration::from_millis(200);
+const TOLD: Duration = Duration::from_secs(10);
+/// Whether a bar is on the terminal.
+static DRAWN: AtomicBool = AtomicBool::new(false);
 
 /// Prints one line, whatever its parts contain.
 #[expect(clippy::print_stderr, reason = "this is the place for it")]
 pub fn line(text: impl Display) {
+    clear();
     eprintln!("{}", escaped(&one_line(&text.to_string())));
 }
 
@@ -57,41 +66,125 @@ pub fn one_line(text: &str) -> String {
     text.replace(['\n', '\r'], " ")
 }
 
-/// How much of some work is done, on a terminal: a bar, its share and the time that is left. It is cleared when it is dropped.
+/// How far some work is: on a terminal a bar, elsewhere, as in a log, a line every ten seconds; with the time that is left. The
+/// bar is cleared when it is dropped.
 pub struct Bar {
+    work: Arc<Work>,
+    ended: Option<Sender<()>>,
+    teller: Option<JoinHandle<()>>,
+}
+
+struct Work {
+    what: String,
     whole: f64,
     began: Instant,
-    /// Percent that are shown; beyond 100 where there is no terminal.
-    shown: AtomicU32,
+    /// Bits of the share that is done.
+    share: AtomicU64,
 }
 
 impl Bar {
-    /// Of work that is done at `whole`, such as seconds of sound.
+    /// Of work, such as `simulating`, that is done at `whole`, such as seconds of sound.
     #[must_use]
-    pub fn new(whole: f64) -> Self {
-        let shown = if stderr().is_terminal() { 0 } else { u32::MAX };
-        Self { whole, began: Instant::now(), shown: AtomicU32::new(shown) }
+    pub fn new(what: impl Into<String>, whole: f64) -> Self {
+        let bar = stderr().is_terminal();
+        let period = if bar { REDRAWN } else { TOLD };
+        Self::telling(what.into(), whole, period, move |work| if bar { draw(work) } else { line(work.text()) })
     }
 
-    /// Shows that the work has come so far.
-    #[expect(clippy::print_stderr, reason = "this is the place for it")]
+    /// Tells of the work from a thread of its own, so that it is told of where nothing comes on as well.
+    fn telling(what: String, whole: f64, period: Duration, tell: impl Fn(&Work) + Send + 'static) -> Self {
+        let work = Arc::new(Work { what, whole, began: Instant::now(), share: AtomicU64::new(0) });
+        let (ended, end) = channel();
+        let told = Arc::clone(&work);
+        let telling = move || {
+            while end.recv_timeout(period) == Err(RecvTimeoutError::Timeout) {
+                tell(&told);
+            }
+        };
+        // Without a thread the work is done all the same.
+        Self { work, ended: Some(ended), teller: thread::Builder::new().spawn(telling).ok() }
+    }
+
+    /// Says that the work has come so far.
     pub fn at(&self, done: f64) {
-        let share = (done / self.whole).clamp(0.0, 1.0);
-        let percent = (100.0 * share) as u32;
-        if percent > self.shown.fetch_max(percent, Ordering::Relaxed) {
-            let left = self.began.elapsed().as_secs_f64() * (1.0 - share) / share;
-            let (full, left) = (WIDTH * percent / 100, left.round() as u64);
-            let bar = "█".repeat(full as usize) + &"░".repeat((WIDTH - full) as usize);
-            eprint!("\r{bar} {percent:>3} %, {}:{:02} left\u{1b}[K", left / 60, left % 60);
+        // Bits of positive numbers are in their order.
+        self.work.share.fetch_max((done / self.work.whole).clamp(0.0, 1.0).to_bits(), Ordering::Relaxed);
+    }
+}
+
+impl Work {
+    fn share(&self) -> f64 {
+        f64::from_bits(self.share.load(Ordering::Relaxed))
+    }
+
+    /// What is said of it.
+    fn text(&self) -> String {
+        let (share, past_s) = (self.share(), self.began.elapsed().as_secs_f64());
+        if share > 0.0 {
+            let left = minutes(past_s * (1.0 - share) / share);
+            format!("{}: {:.0} %, {left} left", self.what, (100.0 * share).floor())
+        } else {
+            format!("{}: {} so far", self.what, minutes(past_s))
         }
+    }
+}
+
+/// A time in minutes and seconds.
+#[must_use]
+pub fn minutes(seconds: f64) -> String {
+    let whole = seconds.round().max(0.0);
+    format!("{}:{:02}", (whole / 60.0).floor(), whole % 60.0)
+}
+
+#[expect(clippy::print_stderr, reason = "this is the place for it")]
+fn draw(work: &Work) {
+    let full = (work.share() * f64::from(WIDTH)) as usize;
+    DRAWN.store(true, Ordering::Relaxed);
+    eprint!("\r{}{} {}\u{1b}[K", "█".repeat(full), "░".repeat(WIDTH as usize - full), work.text());
+}
+
+/// Takes the bar off the terminal, if there is one.
+#[expect(clippy::print_stderr, reason = "this is the place for it")]
+fn clear() {
+    if DRAWN.swap(false, Ordering::Relaxed) {
+        eprint!("\r\u{1b}[K");
     }
 }
 
 impl Drop for Bar {
-    #[expect(clippy::print_stderr, reason = "this is the place for it")]
     fn drop(&mut self) {
-        if *self.shown.get_mut() <= 100 {
-            eprint!("\r\u{1b}[K");
-        }
+        drop(self.ended.take());
+        self.teller.take().map(JoinHandle::join);
+        clear();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn work_is_told_of_at_even_times_with_what_is_left_though_nothing_comes_on() {
+        let (told, heard) = channel();
+        let tell = move |work: &Work| drop(told.send((work.began.elapsed(), work.text())));
+        let bar = Bar::telling("simulating".to_owned(), 4.0, Duration::from_millis(50), tell);
+        let wait = Duration::from_secs(20);
+        assert_eq!(heard.recv_timeout(wait).unwrap().1, "simulating: 0:00 so far");
+        bar.at(1.0);
+        bar.at(0.5);
+        let lines: Vec<_> = (0..3).map(|_| heard.recv_timeout(wait).unwrap()).collect();
+        assert!(lines.iter().skip(1).all(|(_, line)| line.starts_with("simulating: 25 %, 0:0")), "{lines:?}");
+        assert!(lines.windows(2).all(|pair| pair[1].0 >= pair[0].0 + Duration::from_millis(40)), "{lines:?}");
+        drop(bar);
+        while heard.try_recv().is_ok() {}
+        assert!(heard.recv_timeout(wait).is_err(), "told of after its end");
+    }
+
+    #[test]
+    fn what_is_left_follows_from_what_is_done() {
+        let began = Instant::now().checked_sub(Duration::from_secs(60)).unwrap();
+        let work = Work { what: "fitting".to_owned(), whole: 1.0, began, share: AtomicU64::new(0.25_f64.to_bits()) };
+        assert_eq!(work.text(), "fitting: 25 %, 3:00 left");
+        assert_eq!(minutes(59.6), "1:00");
     }
 }
