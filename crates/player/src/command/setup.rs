@@ -70,7 +70,7 @@ fn tell_outside(option: &str, scene: &Scene, poses: impl IntoIterator<Item = Pos
         let corner = |v: Vec3| format!("{:.1},{:.1},{:.1}", v.x, v.y, v.z);
         let (low, high) = (corner(low), corner(high));
         terminal::note(format_args!(
-            "{option}: {farthest:.1} m outside of the scene, which is known from {low} to {high} m: what is heard there is a guess"
+            "{option}: {farthest:.1} m outside of the scene, known from {low} to {high} m: what is heard there is a guess"
         ));
     }
 }
