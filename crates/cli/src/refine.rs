@@ -92,12 +92,12 @@ impl Measured {
     }
 
     /// Each measured response beside the simulated one, with the number of its source.
-    fn pairs(&self, places: &Places) -> Result<Vec<(usize, Pair)>> {
+    fn pairs(&self, places: &Places, done: impl Fn(f64) + Sync) -> Result<Vec<(usize, Pair)>> {
         let mut pairs = Vec::with_capacity(self.heard.len());
         for (source, emitter) in self.sources.iter().enumerate() {
             let heard: Vec<&Recording> = self.heard.iter().filter(|h| h.source == source).collect();
             let poses: Vec<Pose> = heard.iter().flat_map(|h| h.poses.iter().copied()).collect();
-            let mut made = places.ears(source, &poses)?.into_iter();
+            let mut made = places.ears(source, &poses, &done)?.into_iter();
             for h in heard {
                 let simulated = self.simulated(emitter.position, &h.poses, made.by_ref().take(h.poses.len()).collect());
                 pairs.push((source, Pair { simulated, measured: h.channels.clone() }));
@@ -133,7 +133,7 @@ pub(crate) fn run(args: &RefineArgs) -> Result<()> {
     let places = places.context("expected --simulate with the mesh of a room to correct, found none")?;
     report::line(format_args!("simulating {} sources", measured.sources.len()));
     let bar = report::Bar::new("simulating", 1.0);
-    let pairs = measured.pairs(&places)?;
+    let pairs = measured.pairs(&places, |share| bar.at(share))?;
     drop(bar);
     if args.evaluate {
         evaluate(args, &measured, &pairs)?;
@@ -153,6 +153,7 @@ pub(crate) fn run(args: &RefineArgs) -> Result<()> {
     );
     let (credit, licence) = (measured.credit.clone(), measured.licence.clone());
     let about = Provenance { title, credit, licence, recipe, notes: Vec::new() };
+    let _bar = report::Bar::new("baking", 1.0);
     let mut seed = args.seed;
     let made = places.scene(sources.len() - 1, about, args.seed, |pose, ears| {
         seed += 1;

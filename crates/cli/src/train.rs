@@ -44,7 +44,7 @@ pub(crate) fn run(args: &TrainArgs) -> Result<()> {
         Some(places) => {
             let simulate = |emitter: usize, poses: &[Pose]| {
                 report::line(format_args!("simulating {} poses of emitter {}", poses.len(), emitter + 1));
-                places.ears(emitter, poses)
+                places.ears(emitter, poses, |share| bar.at(share))
             };
             Trainer::on_simulation(&capture, anchors, settings.clone(), device, threads, &simulate)?
         }
@@ -64,6 +64,7 @@ pub(crate) fn run(args: &TrainArgs) -> Result<()> {
     let scene = match places {
         None => at_emitter(trainer.scene(provenance)?, &capture, emitter)?,
         Some(places) => {
+            let _bar = report::Bar::new("baking", 1.0);
             let number = emitter.unwrap_or(0);
             let at = capture.emitters[number].position;
             let seed = trainer.settings().seed;

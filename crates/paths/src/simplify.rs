@@ -2,8 +2,8 @@
 
 use promenade_core::{CameraPath, Keyframe, PathError, Pose};
 
-/// Where the path is compared, in shares of the time from one recorded pose to the next.
-const COMPARED: [f64; 4] = [0.0, 0.25, 0.5, 0.75];
+/// Where the path is compared besides recorded poses, in shares of the time from one to the next.
+const BETWEEN: [f64; 3] = [0.25, 0.5, 0.75];
 /// Recorded poses this close are compared alone, seconds: nobody moves between them unseen.
 const DENSE_S: f64 = 0.1;
 /// Rounds of leaving out keyframes that turn out not to be needed; later rounds find next to none.
@@ -29,6 +29,7 @@ pub fn simplify(keyframes: &[Keyframe], tolerance_m: f32, tolerance_rad: f32) ->
         return Ok(keyframes.to_vec());
     }
     let last = keyframes.len() - 1;
+    let compared = Compared::of(&recorded);
     let mut best: Option<Vec<usize>> = None;
     for (split, parts) in TRIALS {
         // Of a long recording of which much is kept, another search leaves out hardly more.
@@ -38,7 +39,7 @@ pub fn simplify(keyframes: &[Keyframe], tolerance_m: f32, tolerance_rad: f32) ->
         }
         let mut kept: Vec<usize> = (0..=parts).map(|part| last * part / parts).collect();
         kept.dedup();
-        let mut fit = Fit { recorded: &recorded, tolerance_m, tolerance_rad, kept };
+        let mut fit = Fit { recorded: &recorded, compared: &compared, tolerance_m, tolerance_rad, kept };
         fit.refine(split)?;
         for _ in 0..ROUNDS {
             if !fit.prune()? {
@@ -64,9 +65,35 @@ enum Split {
 /// How the keyframes are looked for, and in how many even parts the search begins; the fewest are taken.
 const TRIALS: [(Split, usize); 3] = [(Split::Worst, 1), (Split::Middle, 5), (Split::Middle, 7)];
 
+/// The recorded path where others are compared with it.
+struct Compared {
+    /// The recorded keyframe near each place, with the time and the pose there.
+    places: Vec<(usize, f64, Pose)>,
+    /// The first place of each recorded keyframe, which is at it.
+    starts: Vec<usize>,
+}
+
+impl Compared {
+    fn of(recorded: &CameraPath) -> Self {
+        let keyframes = recorded.keyframes();
+        let (mut places, mut starts) = (Vec::with_capacity(keyframes.len()), Vec::with_capacity(keyframes.len()));
+        for (n, keyframe) in keyframes.iter().enumerate() {
+            starts.push(places.len());
+            places.push((n, keyframe.t_s, keyframe.pose));
+            let span_s = keyframes.get(n + 1).map_or(0.0, |next| next.t_s - keyframe.t_s);
+            if span_s > DENSE_S {
+                let between = BETWEEN.map(|share| (n + usize::from(share > 0.5), keyframe.t_s + share * span_s));
+                places.extend(between.map(|(near, t_s)| (near, t_s, recorded.pose_at(t_s))));
+            }
+        }
+        Self { places, starts }
+    }
+}
+
 /// A choice of keyframes.
 struct Fit<'a> {
     recorded: &'a CameraPath,
+    compared: &'a Compared,
     tolerance_m: f32,
     tolerance_rad: f32,
     /// Their numbers in the recording, rising, with the first and the last.
@@ -182,17 +209,10 @@ impl Fit<'_> {
 
     /// How far a path is off between two recorded keyframes, in tolerances, and the recorded keyframe near each place.
     fn offs<'a>(&'a self, path: &'a CameraPath, from: usize, to: usize) -> impl Iterator<Item = (usize, f32)> + 'a {
-        let keyframes = self.recorded.keyframes();
-        let places = (from..to).flat_map(move |n| {
-            let span_s = keyframes[n + 1].t_s - keyframes[n].t_s;
-            let shares = if span_s > DENSE_S { &COMPARED[..] } else { &COMPARED[..1] };
-            shares.iter().map(move |share| (n, *share, keyframes[n].t_s + share * span_s))
-        });
+        let Compared { places, starts } = self.compared;
         // The path goes through its own keyframes.
-        places.skip(1).map(move |(n, share, t_s)| {
-            let recorded = if share > 0.0 { self.recorded.pose_at(t_s) } else { keyframes[n].pose };
-            (n + usize::from(share > 0.5), self.off(&path.pose_at(t_s), &recorded))
-        })
+        let between = &places[starts[from] + 1..starts[to]];
+        between.iter().map(move |(near, t_s, recorded)| (*near, self.off(&path.pose_at(*t_s), recorded)))
     }
 
     /// How far a pose is off, in tolerances; never NaN.
@@ -310,8 +330,15 @@ mod tests {
 
     #[test]
     fn a_long_recording_takes_little_time() {
-        for (metres, degrees) in [(0.05, 2.0_f32), (0.001, 0.05), (0.0, 0.0)] {
-            let all = recorded(200_000.0 / 60.0, walk(7));
+        // Far apart, poses are compared between them too, and hardly one can be left out.
+        let sparse = |step_s: f64| -> Vec<Keyframe> {
+            let pose = |t: f32| Pose::from_ypr(Vec3::new(2.0 * t.cos(), 2.0 * t.sin(), 1.7), t.sin(), 0.0, 0.0);
+            let at = |i: u32| (f64::from(i) * step_s, pose((f64::from(i) * 0.02 % std::f64::consts::TAU) as f32));
+            (0..200_000).map(at).map(|(t_s, pose)| Keyframe { t_s, pose }).collect()
+        };
+        let dense = recorded(200_000.0 / 60.0, walk(7));
+        let cases = [(dense.clone(), 0.05, 2.0_f32), (dense, 0.0, 0.0), (sparse(1.0), 0.05, 2.0), (sparse(1.0), 0.001, 0.1)];
+        for (all, metres, degrees) in cases {
             let began = std::time::Instant::now();
             let few = simplify(&all, metres, degrees.to_radians()).unwrap();
             let took_s = began.elapsed().as_secs_f64();

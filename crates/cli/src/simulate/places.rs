@@ -96,10 +96,16 @@ impl Places {
         Ok(Some(Self { mesh, room, hrtf, sources, options }))
     }
 
-    /// Both ears' responses to an emitter, by its number, at poses.
-    pub(crate) fn ears(&self, emitter: usize, poses: &[Pose]) -> Result<Vec<[Vec<f32>; 2]>, BakeError> {
+    /// Both ears' responses to an emitter, by its number, at poses; `done` is given the share of the emitters that is done.
+    pub(crate) fn ears(
+        &self,
+        emitter: usize,
+        poses: &[Pose],
+        done: impl Fn(f64) + Sync,
+    ) -> Result<Vec<[Vec<f32>; 2]>, BakeError> {
+        let done = |share| done((emitter as f64 + share) / self.sources.len() as f64);
         let source = &self.sources[emitter];
-        let made = simulate_mesh(&self.mesh, &self.room, source, &self.hrtf, poses, &self.options, |_| ())?;
+        let made = simulate_mesh(&self.mesh, &self.room, source, &self.hrtf, poses, &self.options, done)?;
         Ok(made.responses.responses.into_iter().map(|r| [r.left, r.right]).collect())
     }
 
@@ -117,7 +123,7 @@ impl Places {
         let mut response = |(pose, simulated): (&Pose, [Vec<f32>; 2])| {
             Ok(CorrectedResponse { at: pose.position, corrected: refined(pose, &simulated)?, simulated })
         };
-        let ears = self.ears(emitter, &poses)?;
+        let ears = self.ears(emitter, &poses, |_| ())?;
         let responses = poses.iter().zip(ears).map(&mut response).collect::<Result<Vec<_>>>()?;
         let options = GeometryOptions {
             images: PLAYED_IMAGES,
