@@ -17,7 +17,8 @@ pub(crate) struct PictureArgs {
     #[arg(long, value_name = "FOLDER", requires = "pictures")]
     pub(crate) photos: Option<PathBuf>,
     /// Where a place of the reconstruction is in the room, metres, three times or more, instead of --pictures-up,
-    /// --metres-per-unit and --origin: an image's name, which stands for its camera's place, or X,Y,Z in the reconstruction's world, = and X,Y,Z
+    /// --metres-per-unit and --origin: an image's name, which stands for its camera's place, or X,Y,Z in the
+    /// reconstruction's world, = and X,Y,Z
     #[arg(long, value_name = "PLACE=X,Y,Z", value_parser = parse_known, requires = "pictures", allow_hyphen_values = true)]
     #[arg(conflicts_with_all = ["pictures_up", "metres_per_unit", "origin", "distance"])]
     pub(crate) landmark: Vec<(Landmark, Vec3)>,

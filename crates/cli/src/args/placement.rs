@@ -8,7 +8,8 @@ use std::fmt;
 
 #[derive(Debug, Args)]
 pub(crate) struct PlacementArgs {
-    /// Direction of up in the data's world, an axis such as y, or X,Y,Z [default: as the data state it or their cameras were held, else 0,0,1]
+    /// Direction of up in the data's world, an axis such as y, or X,Y,Z [default: as the data state it or their cameras
+    /// were held, else 0,0,1]
     #[arg(long, value_name = "AXIS", value_parser = parse_direction, allow_hyphen_values = true)]
     up: Option<Vec3>,
     /// Metres of one unit of the data [default: as the data state it, else 1]
