@@ -174,7 +174,6 @@ mod tests {
     }
 
     #[test]
-<<<<<<< HEAD
     fn commands_of_the_documents_are_understood() {
         let all = promenade_testing::documents::commands("promenade");
         assert!(all.len() > 40, "{} commands", all.len());
@@ -187,8 +186,6 @@ mod tests {
     }
 
     #[test]
-=======
->>>>>>> 86e464656613520a5dc3b3179243e3c87a10b4a2
     fn older_names_are_understood() {
         for (line, now) in [
             ("bake responses a -o b --source 1", "bake responses a -o b --emitter-number 1"),
@@ -207,10 +204,6 @@ mod tests {
                 "fit 6,4,3 a --evaluate --source 1,2,3 --source-number 2",
                 "fit 6,4,3 a --evaluate --measured-emitter 1,2,3 --emitter-number 2",
             ),
-<<<<<<< HEAD
-=======
-            ("capture import a --layout raf --source 1 -o b", "capture import a --layout raf --emitter-number 1 -o b"),
->>>>>>> 86e464656613520a5dc3b3179243e3c87a10b4a2
             ("eval a b --hrtf h --plots p", "eval a b --head h --plot p"),
             ("study report a --plots p", "study report a --plot p"),
             ("anchors a -o b --scale 2", "anchors a -o b --metres-per-unit 2"),

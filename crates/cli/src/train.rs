@@ -7,11 +7,7 @@ use anyhow::{Context, Result};
 use promenade_baker::anchors::AnchorSet;
 use promenade_baker::{BakeError, Capture, atomic, file};
 use promenade_core::{Pose, Provenance, Scene};
-<<<<<<< HEAD
 use promenade_trainer::{Checkpoint, CurvePoint, Device, TrainSettings, Trainer};
-=======
-use promenade_trainer::{Checkpoint, CurvePoint, Device, Scores, TrainSettings, Trainer, Trial, WORTH, search};
->>>>>>> 86e464656613520a5dc3b3179243e3c87a10b4a2
 
 /// Ending of the file that a training is kept in beside its scene until it is done.
 const KEPT: &str = "training";
@@ -127,35 +123,6 @@ fn at_emitter(scene: Scene, capture: &Capture, emitter: Option<usize>) -> Result
     moved.context("--emitter: expected settings with `emitter`, found a network that does not know where the sound comes from")
 }
 
-<<<<<<< HEAD
-=======
-/// Searches for settings and reports each trial.
-fn look_for(
-    capture: &Capture,
-    sets: &[AnchorSet],
-    settings: &TrainSettings,
-    steps: usize,
-    on: (&Device, usize),
-) -> Result<(usize, TrainSettings, Vec<String>)> {
-    let mut notes = vec![format!("searched with {steps} steps a trial, a change being worth {:.0} % of error:", 100.0 * WORTH)];
-    let mut each = |trial: &Trial| {
-        let Scores { mag, lre_db, env } = trial.scores;
-        let line = format!(
-            "{}: MAG {mag:.4}, LRE {lre_db:.3} dB, ENV {env:.4}, error {:.3} of the best, {:.2} ms a decode: {}",
-            trial.change,
-            trial.error,
-            1e3 * trial.decode_s,
-            if trial.kept { "kept" } else { "dropped" }
-        );
-        report::line(&line);
-        notes.push(line);
-    };
-    let _bar = report::Bar::new("searching", 1.0);
-    let (set, found, _) = search(capture, sets, settings, steps, on, &mut each)?;
-    Ok((set, found, notes))
-}
-
->>>>>>> 86e464656613520a5dc3b3179243e3c87a10b4a2
 fn settings(args: &TrainArgs) -> Result<TrainSettings> {
     let mut settings = match &args.settings {
         None => TrainSettings::default(),

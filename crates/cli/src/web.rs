@@ -38,17 +38,12 @@ pub(crate) fn run(args: &WebArgs) -> Result<()> {
         let splats = splats.get(number).map(|file| site.add_splats(file, &placement)).transpose()?;
         site.add_scene(file, splats)?;
     }
-<<<<<<< HEAD
     for (number, file) in dry.iter().enumerate() {
         site.add_sound(file, args.credit.get(number).map(String::as_str))?;
     }
     for (number, file) in path.iter().enumerate() {
         site.add_path(file, if scenes == 1 { 0 } else { number })?;
     }
-=======
-    dry.iter().try_for_each(|file| site.add_sound(file))?;
-    path.iter().try_for_each(|file| site.add_path(file))?;
->>>>>>> 86e464656613520a5dc3b3179243e3c87a10b4a2
     head.iter().try_for_each(|file| site.add_head(file))?;
     headphones.iter().try_for_each(|file| site.add_headphones(file))?;
     let site = site.finish(args.title.as_deref());

@@ -39,11 +39,7 @@ fn a_pose_far_outside_of_the_scene_is_told() {
     let (scene, input, out) = (place.bake(), place.dry("in.wav", 0.2, 1), place.text("out.wav"));
     let said = |pose: &str| succeeds(&["render", &scene, &input, "-o", &out, "--pose", pose]).1;
     let far = said("40,0,0,0,0,0");
-<<<<<<< HEAD
-    assert!(far.contains("note: --pose: 40.0 m outside of the scene, which is known from"), "{far}");
-=======
     assert!(far.contains("note: --pose: 40.0 m outside of the scene, known from"), "{far}");
->>>>>>> 86e464656613520a5dc3b3179243e3c87a10b4a2
     assert!(!said("0.5,0,0,0,0,0").contains("outside"), "near");
     std::fs::write(place.path("walk.csv"), "t,x,y,z,yaw,pitch,roll\n0,0,0,0,0,0,0\n1,0,-9,0,0,0,0\n").unwrap();
     let (_, said) = succeeds(&["render", &scene, &input, "-o", &out, "--path", &place.text("walk.csv")]);

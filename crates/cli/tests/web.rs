@@ -27,7 +27,6 @@ fn a_site_holds_what_it_was_given_and_names_no_other_host() {
     let text = folder.path().join("ParametricEQ.txt");
     std::fs::write(&text, "Preamp: -3 dB\nFilter 1: ON PK Fc 1000 Hz Gain 2 dB Q 1.41\n").unwrap();
     let (engine, text) = (engine(folder.path()), text.to_string_lossy().into_owned());
-<<<<<<< HEAD
     let given = [
         SCENE,
         ROOM,
@@ -45,9 +44,6 @@ fn a_site_holds_what_it_was_given_and_names_no_other_host() {
         "-o",
         &out,
     ];
-=======
-    let given = [SCENE, ROOM, "--dry", SPEECH, ROOM, "--path", WALK, "--headphones", &text, "--engine", &engine, "-o", &out];
->>>>>>> 86e464656613520a5dc3b3179243e3c87a10b4a2
     succeeds(&[&["web"], &given[..]].concat());
     let contents: serde_json::Value = serde_json::from_slice(&std::fs::read(site.join("site.json")).unwrap()).unwrap();
     let file = |list: &str, number: usize| std::fs::read(site.join(contents[list][number]["file"].as_str().unwrap())).unwrap();

@@ -77,11 +77,7 @@ pub(super) const EXAMPLES: [(&str, [&str; 2]); 33] = [
     ),
     (
         "fit",
-<<<<<<< HEAD
         ["fit 6,4,2.8 measurements -o fitted.obj", "fit box measurements.sofa -o fitted.promenade --head head.sofa"],
-=======
-        ["fit 6,4,2.8 measurements -o fitted.obj", "fit box measurements.sofa --quick -o fitted.promenade --head head.sofa"],
->>>>>>> 86e464656613520a5dc3b3179243e3c87a10b4a2
     ),
     (
         "capture from-responses",

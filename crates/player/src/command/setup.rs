@@ -70,11 +70,7 @@ fn tell_outside(option: &str, scene: &Scene, poses: impl IntoIterator<Item = Pos
         let corner = |v: Vec3| format!("{:.1},{:.1},{:.1}", v.x, v.y, v.z);
         let (low, high) = (corner(low), corner(high));
         terminal::note(format_args!(
-<<<<<<< HEAD
-            "{option}: {farthest:.1} m outside of the scene, which is known from {low} to {high} m: what is heard there is a guess"
-=======
             "{option}: {farthest:.1} m outside of the scene, known from {low} to {high} m: what is heard there is a guess"
->>>>>>> 86e464656613520a5dc3b3179243e3c87a10b4a2
         ));
     }
 }
