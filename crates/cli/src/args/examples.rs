@@ -75,10 +75,7 @@ pub(super) const EXAMPLES: [(&str, [&str; 2]); 33] = [
             "map mix room.obj picture.png --emitter 3,2,1.5 --sound mix.wav --camera 1,1,1.6,45,0,0 --strategy image -o maps",
         ],
     ),
-    (
-        "fit",
-        ["fit 6,4,2.8 measurements -o fitted.obj", "fit box measurements.sofa -o fitted.promenade --head head.sofa"],
-    ),
+    ("fit", ["fit 6,4,2.8 measurements -o fitted.obj", "fit box measurements.sofa -o fitted.promenade --head head.sofa"]),
     (
         "capture from-responses",
         [
