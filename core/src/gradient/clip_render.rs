@@ -132,8 +132,8 @@ impl ClipRender {
         self.shape
     }
 
-    /// Transforms a dry clip for a head that is turned; its first `pre_roll` samples come before the clip, for the room to sound
-    /// on from.
+    /// Transforms a dry clip for a head that is turned; its first `pre_roll` samples come before the clip, for the room to
+    /// sound on from.
     #[must_use]
     pub fn analyse(&mut self, dry: &[f32], pre_roll: usize, orientation: Quat) -> ClipRenderInput {
         let (hop, bins) = (self.grid.hop, self.grid.bins());

@@ -130,7 +130,8 @@ pub(crate) fn decay_s(late: &[LateEnergies], from: usize, hop_s: f64, typical: f
     (0..bands).map(|band| time(band).clamp(0.02, LONGEST_T60_S) as f32).collect()
 }
 
-/// The hop after the last that T20 sees of energies by hop; from hop `from` on they have fallen by 10 dB until then, if they do.
+/// The hop after the last that T20 sees of energies by hop; from hop `from` on they have fallen by 10 dB until then, if they
+/// do.
 #[must_use]
 pub fn t20_end(energies: &[f64], from: usize) -> usize {
     let nearly_gone = energies.iter().sum::<f64>() * 10.0_f64.powf(0.1 * FITTED_TO_DB);

@@ -94,9 +94,9 @@ impl Banded {
 pub(crate) struct Gains(Vec<Vec<f64>>);
 
 impl Gains {
-    /// Those of the mean of two responses at one of the ears, `[ear][response]`. `windows` are the lengths over which energies are
-    /// met in each band, and in some bands together, the latter from sample `from` on. Below these bands both ears have one gain:
-    /// what is changed at one ear alone is heard there as a delay.
+    /// Those of the mean of two responses at one of the ears, `[ear][response]`. `windows` are the lengths over which energies
+    /// are met in each band, and in some bands together, the latter from sample `from` on. Below these bands both ears have one
+    /// gain: what is changed at one ear alone is heard there as a delay.
     pub(crate) fn of(ears: [[&Banded; 2]; 2], ear: usize, windows: [usize; 2], from: usize) -> Self {
         let energy = |of: &[f64], window: usize| means(means(of.iter().map(|x| x * x).collect(), window), window);
         let ratio = |(wanted, found): (f64, f64)| {

@@ -73,8 +73,8 @@ impl Grains {
         (0..most.len()).map(octave_gains).collect()
     }
 
-    /// What an ear loses where arrivals of these gains, as [`Grains::gains`] has them, are taken off, and energies by octave: of
-    /// what it loses and of the arrivals, added to `moved`.
+    /// What an ear loses where arrivals of these gains, as [`Grains::gains`] has them, are taken off, and energies by octave:
+    /// of what it loses and of the arrivals, added to `moved`.
     pub(crate) fn lifted(&self, arrivals: &[Arrival], gains: &[Vec<f64>], ear: usize, moved: &mut [[f64; 2]]) -> Vec<f32> {
         let mut lost = vec![0.0; self.octaves[ear].first().map_or(0, Vec::len)];
         for ((octave, gains), moved) in gains.iter().enumerate().zip(moved) {
