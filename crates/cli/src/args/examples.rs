@@ -54,7 +54,7 @@ pub(super) const EXAMPLES: [(&str, [&str; 2]); 33] = [
     (
         "import",
         [
-            "import model.pth --anchors anchors.npz -o scene.promenade",
+            "import model.safetensors --anchors anchors.safetensors -o scene.promenade",
             "import model.safetensors -o scene.promenade --conv causal",
         ],
     ),
@@ -85,7 +85,7 @@ pub(super) const EXAMPLES: [(&str, [&str; 2]); 33] = [
     ),
     (
         "capture import",
-        ["capture import data --layout rwavs -o walk", "capture import data --layout raf --dry speech.wav -o walk"],
+        ["capture import data --layout rwavs -o walk", "capture import data --layout responses --dry speech.wav -o walk"],
     ),
     ("capture check", ["capture check walk", "capture check walk --json"]),
     ("capture emitter", ["capture emitter walk", "capture emitter walk --write"]),
