@@ -20,7 +20,7 @@ use std::process::ExitCode;
 /// What there is to say of a command line, on one screen: a line for each option, its name and its value, two spaces or more,
 /// and what it does.
 pub const HELP: &str = "\
-SCENE DRY -o OUT [options]   plays DRY (WAV, AIFF, FLAC) through SCENE into OUT (WAV)
+SCENE DRY -o OUT [options]   plays DRY (WAV, AIFF, FLAC) in SCENE, into OUT (WAV)
 SCENE DRY --play             plays to the sound card (feature `play`)
   -o, --output OUT          what is written; - stands for standard input and output here and in DRY
 
