@@ -36,12 +36,15 @@ pub struct Difference {
     pub holm: f64,
 }
 
-/// Of ratings of conditions: who rated, what, and how.
-pub(crate) fn differences(rated: &[((&str, &str), &str, f64)]) -> Option<Differences> {
+/// Who rated, what, and how.
+type Rating<'a> = ((&'a str, &'a str), &'a str, f64);
+
+/// Of ratings of conditions.
+pub(crate) fn differences(rated: &[Rating<'_>]) -> Option<Differences> {
     let mut names: Vec<&str> = grouped(rated.iter(), |(_, of, _)| *of).into_iter().map(|(name, _)| name).collect();
     names.sort_unstable();
     let persons = grouped(rated.iter(), |(person, ..)| *person).into_iter();
-    let row = |(_, own): (_, Vec<&((&str, &str), &str, f64)>)| {
+    let row = |(_, own): (_, Vec<&Rating<'_>>)| {
         let own: HashMap<&str, Vec<f64>> = grouped(own.into_iter(), |(_, of, _)| *of)
             .into_iter()
             .map(|(of, all)| (of, all.iter().map(|r| r.2).collect()))

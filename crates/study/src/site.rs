@@ -132,7 +132,7 @@ impl Site<'_> {
         let (files, loudness): (Vec<String>, Vec<Loudness>) = match &item.dry {
             Some(dry) => {
                 let (file, dry, rate) = self.dry(&self.from.join(dry))?;
-                let scenes = paths.iter().map(|path| read_scene(path)).collect::<Result<Vec<_>, _>>()?;
+                let scenes = paths.iter().map(read_scene).collect::<Result<Vec<_>, _>>()?;
                 let place = place::common(item, &scenes, &paths)?;
                 page["dry"] = json!(file);
                 page["place"] = place.page();
@@ -189,7 +189,7 @@ impl Site<'_> {
             let loudness = Loudness::new(&heard.channels, heard.sample_rate_hz);
             if heard.sample_rate_hz != rate {
                 let expected = format!("{rate} Hz, as {} has", paths[0].display());
-                return Err(FileError::content(path, expected, format_args!("{} Hz", heard.sample_rate_hz)).into());
+                return Err(FileError::content(path, expected, format_args!("{} Hz", heard.sample_rate_hz)));
             }
             let bytes = file::read(path, MOST_SOUND).map_err(FileError::read(path))?;
             let file = if heard.frames() == frames {
@@ -259,7 +259,7 @@ fn write(site: &Path, name: &str, bytes: &[u8]) -> Result<(), Fault> {
         None if beside.is_file() => std::fs::remove_file(&beside).map_err(FileError::write(&beside))?,
         None => (),
     }
-    Ok(atomic::write(&path, bytes)?)
+    atomic::write(&path, bytes)
 }
 
 /// FNV-1a, from what came before.

@@ -173,7 +173,7 @@ mod tests {
         let command = described();
         let render = command.find_subcommand("render").unwrap();
         let option = |name: &str| render.get_arguments().find(|arg| arg.get_long() == Some(name)).unwrap();
-        assert_eq!(option("loop").get_action().takes_values(), false);
+        assert!(!option("loop").get_action().takes_values());
         assert!(option("speed").get_action().takes_values() && option("late").get_action().takes_values());
         assert_eq!(option("output").get_short(), Some('o'));
         assert!(render.get_arguments().filter(|arg| arg.get_long().is_some()).count() >= 28);

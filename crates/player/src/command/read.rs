@@ -29,7 +29,7 @@ pub fn read_scene(path: &Path) -> Result<Arc<Scene>, PlayerError> {
     let wrong = |error| match &ending {
         Some(ending) => {
             let expected = "a scene, which is the first file and ends in .promenade";
-            FileError::content(path, expected, format!("a file that ends in .{ending}")).into()
+            FileError::content(path, expected, format!("a file that ends in .{ending}"))
         }
         None => PlayerError::unreadable(path, "scene", error),
     };
