@@ -18,7 +18,7 @@ use crate::octave::KILOHERTZ;
 use crate::render::ambisonic::{HeadConvolver, HeadSpectra, harmonics};
 use crate::render::decay_curve::DecayCurve;
 use crate::scene::{ImageSources, Lifted, MOST_ROUND, Round, barrier_db, lit_gain};
-use crate::{Pose, Scene, StftGrid, Trim};
+use crate::{Corners, DiffractionEdge, Pose, Scene, StftGrid, Trim};
 use bus::Bus;
 use delay_line::DelayLine;
 use glam::Vec3;
@@ -52,6 +52,21 @@ impl ImageFilters {
     pub(crate) fn memory_bytes(&self) -> usize {
         self.head.memory_bytes()
     }
+}
+
+/// Natural logarithm of the amplitude that is a decibel.
+const NEPERS_PER_DB: f32 = std::f32::consts::LN_10 / 20.0;
+/// How far an image may lie from where an edge has its sound from, metres: scenes have one place for near ones.
+const SAME_M: f32 = 0.3;
+
+/// By edge past which sound is seen, the image that sends it.
+fn lit(images: &ImageSources, corners: &Corners, emitter: Vec3) -> Vec<Option<usize>> {
+    let of_edge = |edge: &DiffractionEdge| {
+        let from = edge.from.unwrap_or(emitter);
+        let near = images.images.iter().map(|image| image.position.distance(from)).enumerate();
+        near.min_by(|a, b| a.1.total_cmp(&b.1)).filter(|(_, away)| edge.is_lit() && *away < SAME_M).map(|(image, _)| image)
+    };
+    corners.edges.iter().map(of_edge).collect()
 }
 
 /// The emitter or an image round an edge, as it sounds.
@@ -162,6 +177,10 @@ pub(crate) struct ImageVoices {
     stale: usize,
     now: Vec<Moment>,
     round: [RoundVoice; MOST_ROUND],
+    /// By edge past which sound is seen, the image that sends it.
+    lit: Vec<Option<usize>>,
+    /// What edges leave of images that are seen past them, by the images' numbers.
+    shades: [Option<(usize, LogGains)>; MOST_ROUND],
     seen: Vec<f32>,
     /// Gain of all, below 1 where measured responses still have their reflections.
     level: f32,
@@ -204,6 +223,8 @@ impl ImageVoices {
             stale: 0,
             now: vec![Moment::default(); count],
             round: [RoundVoice::default(); MOST_ROUND],
+            lit: scene.corners().map_or(Vec::new(), |corners| lit(images, corners, emitter)),
+            shades: [None; MOST_ROUND],
             seen: vec![0.0; count],
             level: 1.0,
             played: None,
@@ -237,11 +258,16 @@ impl ImageVoices {
         let fresh = self.played.is_none();
         if moves {
             images.seen_at(pose.position, scene.corners(), &mut self.seen);
+            if let Some(corners) = scene.corners() {
+                let own = images.images.iter().zip(&mut self.seen).filter(|(image, _)| image.position == self.emitter);
+                own.for_each(|(_, seen)| *seen = corners.direct_at(pose.position));
+            }
             // In tier Draft no response has any.
             let lifted = scene.measured().and_then(|measured| measured.lifted.as_ref()).filter(|_| !draft);
             self.level = lifted.map_or(1.0, |lifted| Lifted::images_gain(lifted.away(pose.position)));
             self.played = Some((*pose, heard, draft));
             self.stale = self.weights.len();
+            self.shade(pose);
         }
         self.refresh(images, pose, fresh);
         let direct = f64::from(pose.position.distance(self.emitter));
@@ -251,10 +277,7 @@ impl ImageVoices {
             if moves {
                 let way = outlook.pose.to_head(images.place(i, &outlook));
                 let distance = way.length();
-                let mut seen = if i < heard { self.seen[i] } else { 0.0 };
-                if let Some(corners) = scene.corners().filter(|_| image.position == self.emitter) {
-                    seen = corners.direct_at(pose.position);
-                }
+                let seen = if i < heard { self.seen[i] } else { 0.0 };
                 let after = (f64::from(distance) - direct) * self.per_m;
                 // In Ambisonics the emitter itself is among them.
                 let level = if image.position == self.emitter { trim.direct } else { self.level * self.levels.gain(after) };
@@ -281,10 +304,8 @@ impl ImageVoices {
         let scene = Arc::clone(&self.scene);
         let Some(corners) = scene.corners() else { return };
         if moves {
-            // The direct sound has what edges take of it, unless the emitter is among the images.
-            let among = scene.images().is_some_and(|all| all.images.iter().any(|image| image.position == self.emitter));
-            let own = |round: &Round| among || round.image || !corners.edges[round.edge].is_lit();
-            self.assign(corners.round_at(pose.position).map(|round| round.filter(own)));
+            let hidden = |round: &Round| !corners.edges[round.edge].is_lit();
+            self.assign(corners.round_at(pose.position).map(|round| round.filter(hidden)));
         }
         let direct = pose.position.distance(self.emitter);
         let speed = f64::from(scene.weather().speed_m_s());
@@ -297,32 +318,41 @@ impl ImageVoices {
                     let after = f64::from(way.length_m - direct) * self.per_m;
                     let level = if round.image { self.level * self.levels.gain(after) } else { trim.direct };
                     let gains = &corners.edges[round.edge].gains;
-                    // An image that is seen past an edge is heard whole, and here what the edge takes of it.
-                    let lit = corners.edges[round.edge].is_lit();
-                    to.gain = round.weight / way.direct_m.max(NEAREST_M) * if lit { -level } else { level };
+                    to.gain = round.weight / way.direct_m.max(NEAREST_M) * level;
                     let delay = self.base + after;
                     to.delay = delay.clamp(SHORTEST, self.longest);
                     to.direction = harmonics(pose.to_head(way.bend).normalize_or_zero());
                     let log_gains = std::array::from_fn(|given| {
                         let octave = octave_of(given);
                         let decay = if round.image { self.levels.log_gain(octave, after) } else { 0.0 };
-                        let gain = gains[octave].abs().max(1e-5).ln() + decay;
-                        let (detour_m, hz) = (way.detour_m.into(), GIVEN_HZ[given].into());
-                        let share = if lit {
-                            1.0 - lit_gain(detour_m, hz, speed)
-                        } else {
-                            10.0_f64.powf(-barrier_db(detour_m, hz, speed) / 20.0)
-                        };
-                        gain - way.length_m * self.air[given] + single(share.max(1e-5).ln())
+                        let gain = gains[octave].max(1e-5).ln() + decay - way.length_m * self.air[given];
+                        gain - NEPERS_PER_DB * single(barrier_db(way.detour_m.into(), GIVEN_HZ[given].into(), speed))
                     });
                     voice.weights = self.filters.walls.weights(&log_gains);
                 }
             }
             let from = if fresh { to } else { voice.now };
             voice.now = to;
-            if sounds && (from.gain != 0.0 || to.gain != 0.0) {
+            if sounds && (from.gain > 0.0 || to.gain > 0.0) {
                 desk.play(&self.line, &voice.weights, from, to);
             }
+        }
+    }
+
+    /// Finds what edges take of images beside their shadows at a pose.
+    fn shade(&mut self, pose: &Pose) {
+        let scene = Arc::clone(&self.scene);
+        let Some(corners) = scene.corners() else { return };
+        let speed = f64::from(scene.weather().speed_m_s());
+        let rounds = corners.round_at(pose.position);
+        for (shade, round) in self.shades.iter_mut().zip(rounds) {
+            *shade = round.and_then(|round| {
+                let image = self.lit[round.edge]?;
+                let detour_m = corners.way(round.edge, self.emitter, pose.position).detour_m.into();
+                let weight = f64::from((round.weight / self.seen[image].max(1e-6)).min(1.0));
+                let left = |hz: f32| 1.0 - weight * (1.0 - lit_gain(detour_m, hz.into(), speed));
+                Some((image, GIVEN_HZ.map(|hz| single(left(hz).ln()))))
+            });
         }
     }
 
@@ -349,9 +379,12 @@ impl ImageVoices {
         let now = if all { count } else { REFRESHED.min(self.stale) };
         self.stale -= now.min(self.stale);
         let outlook = images.outlook(pose, self.emitter);
-        for _ in 0..now {
-            let i = self.refreshed;
-            self.refreshed = (i + 1) % count;
+        let shades = self.shades;
+        // What edges take changes with every step.
+        let shaded = shades.iter().flatten().map(|(image, _)| *image).filter(|_| self.stale > 0);
+        let first = self.refreshed;
+        self.refreshed = (first + now) % count;
+        for i in (first..first + now).map(|i| i % count).chain(shaded) {
             let image = &images.images[i];
             let distance = outlook.pose.position.distance(images.place(i, &outlook));
             let after = f64::from(distance - pose.position.distance(self.emitter)) * self.per_m;
@@ -362,7 +395,8 @@ impl ImageVoices {
                 let wall =
                     if given == 0 { image.gain_63 } else { image.gains[octave] }.max(1e-5).ln() - distance * self.air[given];
                 let decay = if image.position == self.emitter { 0.0 } else { self.levels.log_gain(octave, after) };
-                wall + decay + colour
+                let of_image = shades.iter().flatten().filter(|(image, _)| *image == i);
+                wall + decay + colour + of_image.map(|(_, shade)| shade[given]).sum::<f32>()
             });
             self.weights[i] = self.filters.walls.weights(&log_gains);
         }

@@ -193,9 +193,10 @@ fn check_corners(corners: &Corners, images: Option<&ImageSources>) -> Result<(),
     if !corners.edges.is_sorted_by_key(|edge| edge.from.is_some()) {
         return Err(value("edges", "those of the emitter before those of images", "others"));
     }
-    for DiffractionEdge { ends, gains, from } in &corners.edges {
+    for DiffractionEdge { ends, gains, from, longer_m } in &corners.edges {
         from.map_or(Ok(()), |from| in_range("place of the sound at an edge", &from.to_array(), -1e6, 1e6))?;
         in_range("gain of an edge", gains, -1e3, 1e3)?;
+        in_range("way round another edge", &[*longer_m], 0.0, 1e4)?;
         ends.iter().try_for_each(|end| in_range("end of an edge", &end.to_array(), -1e6, 1e6))?;
     }
     Ok(())

@@ -37,9 +37,10 @@ pub struct DiffractionEdge {
     /// What the emitter sends to it, and what is left of that on the way: amplitude at 1 m by octave, as image sources have
     /// theirs. Below 0 where what sends it is seen past the edge: of that the edge leaves what [`lit_gain`] says.
     pub gains: Octaves,
-    /// Where its sound comes from if that is not the emitter, world, metres: an image, or a place behind another edge as far
-    /// away as the way is long.
+    /// Where its sound comes from if that is not the emitter, world, metres: an image.
     pub from: Option<Vec3>,
+    /// How much longer its way to the edge is than the straight one, metres: round another edge.
+    pub longer_m: f32,
 }
 
 /// What an edge takes of a sound whose way round it is this much longer than the straight one, dB: 5 at the border of the
@@ -150,14 +151,14 @@ impl Corners {
         let longest = |edge: &DiffractionEdge| {
             let from = edge.from.unwrap_or(emitter);
             let [a, b] = edge.ends.map(|end| from.distance(end) + end.distance(emitter));
-            a.max(b)
+            a.max(b) + edge.longer_m
         };
         self.edges.iter().map(longest).fold(0.0, f32::max)
     }
 
     /// The way round an edge: both sides unfolded into a plane, it is straight.
     pub(crate) fn way(&self, edge: usize, emitter: Vec3, listener: Vec3) -> Way {
-        let DiffractionEdge { ends: [start, end], from, .. } = self.edges[edge];
+        let DiffractionEdge { ends: [start, end], from, longer_m, .. } = self.edges[edge];
         let emitter = from.unwrap_or(emitter);
         let along = (end - start).normalize_or_zero();
         let cylinder = |at: Vec3| {
@@ -167,7 +168,7 @@ impl Corners {
         let ((z, r), (other_z, other_r)) = (cylinder(emitter), cylinder(listener));
         let at = z + (other_z - z) * r / (r + other_r).max(1e-6);
         let bend = start + at.clamp(0.0, start.distance(end)) * along;
-        let length_m = emitter.distance(bend) + bend.distance(listener);
+        let length_m = emitter.distance(bend) + bend.distance(listener) + longer_m;
         let direct_m = emitter.distance(listener);
         Way { bend, length_m, direct_m, detour_m: (length_m - direct_m).max(0.0) }
     }
@@ -188,7 +189,7 @@ mod tests {
     fn what_is_hidden_is_heard_round_its_edge() {
         // A corner at (1, 1) hides the emitter from the last column.
         let ends = [Vec3::new(1.0, 1.0, -2.0), Vec3::new(1.0, 1.0, 2.0)];
-        let edge = |from| DiffractionEdge { ends, gains: [1.0; OCTAVES], from };
+        let edge = |from| DiffractionEdge { ends, gains: [1.0; OCTAVES], from, longer_m: 0.0 };
         let corners = Corners {
             places: [Axis::uniform(0.0, 0.5, 3), Axis::single(0.0), Axis::single(0.0)],
             direct: vec![1.0, 1.0, 0.0],

@@ -130,9 +130,13 @@ fn level_db(edges: &Edges, room: &Room, source: [f64; 3], at: [f64; 3], hz: f64)
 /// Out of the shadow, along its border, and where source, edge and listener lie on one line.
 #[test]
 fn borders_of_shadows_have_no_step_and_nothing_is_silent() {
-    let walks: [(Mesh, [[f64; 3]; 3]); 2] = [
+    // In an L, and past the doorway of a thick wall, where the ways go round one jamb and round both.
+    let walks: [(Mesh, [[f64; 3]; 3]); 5] = [
         (l_room(), [[1.3, 4.9, 1.2], [5.7, 1.4, 1.6], [0.4, 1.4, 1.6]]),
         (l_room(), [[2.0, 5.0, 1.2], [4.9, 2.7, 1.5], [2.4, 0.3, 1.5]]),
+        (two_rooms(), [[3.3, 3.5, 1.5], [6.0, 0.6, 1.5], [6.0, 3.6, 1.5]]),
+        (two_rooms(), [[3.3, 2.6, 1.2], [5.6, 0.6, 1.5], [5.6, 3.6, 1.5]]),
+        (two_rooms(), [[3.3, 3.5, 1.5], [5.2, 1.9, 1.5], [7.5, 3.0, 1.5]]),
     ];
     for (mesh, [source, from, to]) in walks {
         let (room, edges) = (room(&mesh), Edges::of(&mesh));

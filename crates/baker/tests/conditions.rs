@@ -2,13 +2,14 @@
 //!
 //! The small version of `tests/python/conditions.py`.
 
+use crate::reflections::{head, hrtf, simulated_by};
 use promenade_baker::{BakeOptions, Levels, Response, Responses, bake_responses};
 use promenade_core::glam::Vec3;
 use promenade_core::random::Random;
 use promenade_core::{BlockParams, Pose, Renderer, Scene, Spatializer};
 use promenade_fourier::num_complex::Complex64;
 use promenade_fourier::spectrum;
-use promenade_metrics::{DecayRange, decay_time_s};
+use promenade_metrics::{DecayRange, arrival, c50_db, decay_time_s, octave_of};
 use promenade_player::render_response;
 use std::f64::consts::TAU;
 use std::sync::Arc;
@@ -125,5 +126,115 @@ fn high_tones_do_not_flutter_while_the_head_turns() {
     for hz in [1_000.0, 3_000.0, 5_000.0, 6_500.0] {
         let found = flutter_db(&scene, hz);
         assert!(found < -35.0, "{hz} Hz: {found:.1} dB");
+    }
+}
+
+/// Sample rate of the box, hertz, and its rays.
+const BOX_RATE: u32 = 24_000;
+const BOX_RAYS: usize = 2000;
+
+/// Measures of a pair of responses, in the order of [`MEASURES`]; a scene's have its own gain.
+fn measures(ears: [&[f32]; 2], gain: f64) -> Vec<f64> {
+    let rate = f64::from(BOX_RATE);
+    let arrival = arrival(ears, rate).unwrap();
+    let mut out = vec![1e6 * arrival.delay_s, arrival.level_db + gain];
+    for hz in [250.0, 500.0, 1000.0, 2000.0, 4000.0] {
+        let bands = ears.map(|ear| octave_of(ear, rate, hz));
+        let energies = bands.each_ref().map(|band| band.iter().map(|v| f64::from(v * v)).sum::<f64>());
+        let db = |energy: f64| 10.0 * energy.log10();
+        let mean = |of: fn(&[f32]) -> f64| 0.5 * bands.iter().map(|band| of(band)).sum::<f64>();
+        let t20 = mean(|band| decay_time_s(band, f64::from(BOX_RATE), DecayRange::T20).unwrap());
+        let c50 = mean(|band| c50_db(band, f64::from(BOX_RATE)).unwrap());
+        out.extend([db(energies[0] + energies[1]) + gain, db(energies[0] / energies[1]), 100.0 * t20.ln(), c50]);
+    }
+    out
+}
+
+/// Just noticeable differences: of the direct sound's ITD and level, then in each octave of level, ILD, T20 and C50
+/// (ISO 3382-1, and `tests/python/conditions.py`).
+const MEASURES: [(&str, f64); 6] =
+    [("ITD, us", 20.0), ("direct, dB", 1.0), ("level, dB", 1.0), ("ILD, dB", 1.0), ("T20, %", 5.0), ("C50, dB", 1.0)];
+
+/// Means over poses of the magnitudes of errors, and over octaves.
+fn errors(found: &[Vec<f64>], wanted: &[Vec<f64>]) -> [f64; 6] {
+    let (mut sums, mut counts) = ([0.0; 6], [0.0; 6]);
+    for (found, wanted) in found.iter().zip(wanted) {
+        for (i, (a, b)) in found.iter().zip(wanted).enumerate() {
+            let measure = if i < 2 { i } else { 2 + (i - 2) % 4 };
+            sums[measure] += (a - b).abs();
+            counts[measure] += 1.0;
+        }
+    }
+    std::array::from_fn(|i| sums[i] / counts[i])
+}
+
+/// Two rings of ten degrees, a metre apart, in a box, and what the same box is at poses that the scene has never seen.
+#[test]
+fn one_step_beside_two_rings_nothing_is_noticed_that_the_nearest_measurement_does_not_have() {
+    let (hrtf, source) = (hrtf(6000, BOX_RATE), Vec3::new(3.9, 2.9, 1.5));
+    let places = [Vec3::new(2.4, 2.2, 1.5), Vec3::new(2.4, 3.2, 1.5)];
+    let towards = |place: Vec3| (source - place).y.atan2((source - place).x).to_degrees();
+    // Directions from which the source is heard, as a head has them that turns on its spot.
+    let facing = |place: Vec3, azimuth: f32| turned(place, towards(place) - azimuth, 0.0, 0.0);
+    let ring: Vec<Pose> = places.iter().flat_map(|p| (0..36).map(|i| facing(*p, 10.0 * i as f32))).collect();
+    let set = simulated_by(BOX_RAYS, &hrtf, source, &ring);
+    let measured = Responses { sample_rate_hz: BOX_RATE.into(), responses: set.clone(), ..Responses::default() };
+    let options = BakeOptions { head: Some(head()), ..BakeOptions::default() };
+    let scene = Arc::new(bake_responses(&measured, |_, _| false, &options).unwrap());
+    let about = [35.0, 75.0, 115.0, 155.0, 215.0, 305.0_f32];
+    let at = |of: &dyn Fn(f32) -> Pose| about.iter().map(|azimuth| of(*azimuth)).collect::<Vec<Pose>>();
+    let tilted = |pitch: f32, roll: f32| {
+        at(&|azimuth| {
+            let mut pose = facing(places[0], azimuth - 5.0);
+            pose.orientation *= turned(Vec3::ZERO, 0.0, pitch, roll).orientation;
+            pose
+        })
+    };
+    let moved = |by: Vec3| at(&|azimuth| Pose { position: places[0] + by, ..facing(places[0], azimuth - 5.0) });
+    let conditions = [
+        ("measured", at(&|azimuth| facing(places[0], azimuth - 5.0))),
+        ("between azimuths", at(&|azimuth| facing(places[0], azimuth))),
+        ("pitch 30", tilted(30.0, 0.0)),
+        ("roll 30", tilted(0.0, 30.0)),
+        ("0.3 m up", moved(0.3 * Vec3::Z)),
+        ("between places", moved(0.5 * Vec3::Y)),
+        ("0.3 m nearer", moved(0.3 * (source - places[0]).normalize())),
+    ];
+    // The scene's gain is that of the measured poses.
+    let of = |ears: [&[f32]; 2]| measures(ears, 0.0);
+    let heard = |poses: &[Pose], gain: f64| -> Vec<Vec<f64>> {
+        let of = |pose: &Pose| {
+            let [left, right] = render_response(&scene, *pose, LEAD, 9_600 + LEAD).unwrap();
+            measures([&left, &right], gain)
+        };
+        poses.iter().map(of).collect()
+    };
+    let mut gain = 0.0;
+    for (name, poses) in conditions {
+        let made = simulated_by(BOX_RAYS, &hrtf, source, &poses);
+        let wanted: Vec<_> = made.iter().map(|r| of([&r.left, &r.right])).collect();
+        let nearest: Vec<_> = poses
+            .iter()
+            .map(|pose| {
+                let seen = |pose: &Pose| pose.to_head(source).normalize();
+                let off = |r: &&Response| {
+                    let apart = r.listener.position.distance(pose.position);
+                    (1e3 * apart, -seen(&r.listener).dot(seen(pose)))
+                };
+                let best = set.iter().min_by(|a, b| off(a).0.total_cmp(&off(b).0).then(off(a).1.total_cmp(&off(b).1)));
+                best.map(|r| of([&r.left, &r.right])).unwrap()
+            })
+            .collect();
+        let mut found = heard(&poses, gain);
+        if name == "measured" {
+            gain = found.iter().zip(&wanted).map(|(a, b)| b[1] - a[1]).sum::<f64>() / poses.len() as f64;
+            found = heard(&poses, gain);
+        }
+        let (ours, nearest) = (errors(&found, &wanted), errors(&nearest, &wanted));
+        for ((measure, jnd), (ours, nearest)) in MEASURES.iter().zip(ours.iter().zip(nearest)) {
+            println!("{name:<18} {measure:<11} {ours:6.2} / {nearest:6.2}");
+            // A tenth more than the nearest's is no worse.
+            assert!(*ours < jnd.max(1.1 * nearest), "{name}, {measure}: {ours:.2}, nearest measurement {nearest:.2}");
+        }
     }
 }

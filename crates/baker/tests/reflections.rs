@@ -17,16 +17,16 @@ const LISTENER: Vec3 = Vec3::new(3.2, 2.0, 1.5);
 const DISTANCE_M: f32 = 1.5;
 
 /// The head that is built in.
-fn head() -> Head {
+pub(crate) fn head() -> Head {
     Head::from_bytes(include_bytes!("../data/kemar.head")).unwrap()
 }
 
 /// The same as measured responses.
-fn hrtf() -> Hrtf {
+pub(crate) fn hrtf(directions: usize, rate: u32) -> Hrtf {
     let (head, n_fft, lead) = (head(), 512, 40);
     let response = |i: usize| {
-        let direction = lattice(i, 600);
-        let [left, right] = head.ears(direction).spectra(n_fft, f64::from(RATE)).map(|mut spectrum| {
+        let direction = lattice(i, directions);
+        let [left, right] = head.ears(direction).spectra(n_fft, f64::from(rate)).map(|mut spectrum| {
             for (k, x) in spectrum.iter_mut().enumerate() {
                 *x *= Complex32::from_polar(1.0, -std::f32::consts::TAU * (k * lead) as f32 / n_fft as f32);
             }
@@ -34,19 +34,28 @@ fn hrtf() -> Hrtf {
         });
         Response { listener: Pose::IDENTITY, source: 1.4 * direction, left, right, name: i.to_string() }
     };
-    let set =
-        Responses { sample_rate_hz: f64::from(RATE), responses: (0..600).map(response).collect(), ..Responses::default() };
-    Hrtf::new(&set, RATE).unwrap()
+    let set = Responses {
+        sample_rate_hz: f64::from(rate),
+        responses: (0..directions).map(response).collect(),
+        ..Responses::default()
+    };
+    Hrtf::new(&set, rate).unwrap()
 }
 
 /// What is heard of a source in the box.
 fn simulated(hrtf: &Hrtf, source: Vec3, poses: &[Pose]) -> Vec<Response> {
+    simulated_by(500, hrtf, source, poses)
+}
+
+/// The same with some number of rays.
+pub(crate) fn simulated_by(rays: usize, hrtf: &Hrtf, source: Vec3, poses: &[Pose]) -> Vec<Response> {
     let materials = [0.35, 0.15, 0.2, 0.3, 0.4, 0.25].map(|absorption| Material::even("wall", absorption, 0.1));
     let walls = Shoebox { size: SIZE.as_dvec3().to_array(), materials };
     let options = MeshOptions {
         order: 8,
         beams: 0,
-        rays: 500,
+        rays,
+        t30_within: None,
         length_s: Some(0.4),
         air: None,
         waves_hz: Some(0.0),
@@ -116,7 +125,7 @@ fn missed_db(scene: &Arc<Scene>, pose: Pose, response: &Response) -> f64 {
 
 #[test]
 fn a_source_of_a_room_with_lengths_is_walked_round_and_a_measured_pose_stays_exact() {
-    let (hrtf, source) = (hrtf(), LISTENER + DISTANCE_M * direction(20.0));
+    let (hrtf, source) = (hrtf(600, RATE), LISTENER + DISTANCE_M * direction(20.0));
     let turned: Vec<Pose> = (0..24).map(|i| at(LISTENER, 15.0 * i as f32)).collect();
     let measured = simulated(&hrtf, source, &turned);
     let walked: Vec<Pose> = [(1.0, 0.0, 30.0), (-0.8, 0.6, -40.0), (-1.2, -0.7, 100.0), (0.3, 1.2, -100.0)]
@@ -146,7 +155,7 @@ fn a_source_of_a_room_with_lengths_is_walked_round_and_a_measured_pose_stays_exa
 
 #[test]
 fn a_room_measured_with_sources_around_a_listener_turns_with_the_head() {
-    let hrtf = hrtf();
+    let hrtf = hrtf(600, RATE);
     let azimuths: Vec<f32> = (0..24).map(|i| 15.0 * i as f32).collect();
     let ring = |distance: f32| -> Vec<Response> {
         let of = |azimuth: &f32| simulated(&hrtf, LISTENER + distance * direction(*azimuth), &[at(LISTENER, 0.0)]).remove(0);

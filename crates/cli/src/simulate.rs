@@ -44,6 +44,11 @@ fn materials() -> Result<()> {
     report::print(&rows.map(row).collect::<String>())
 }
 
+/// Rays of the late field unless told, at least.
+const RAYS: u32 = 32_768;
+/// How far T30 may then be off for lack of rays, as a share of it: what is just noticeable (ISO 3382-1).
+const T30_WITHIN: f64 = 0.05;
+
 /// How responses of a room are made, and where they go.
 struct Run<'a> {
     began: Instant,
@@ -53,7 +58,7 @@ struct Run<'a> {
     order: u32,
     /// Beams that search the image sources; 0 where they are known without.
     beams: u32,
-    rays: u32,
+    rays: Option<u32>,
     rate: u32,
     air: Air,
     /// The head's responses, and what is made of them.
@@ -85,7 +90,8 @@ impl Run<'_> {
         MeshOptions {
             order: self.order,
             beams: self.beams as usize,
-            rays: self.rays as usize,
+            rays: self.rays.unwrap_or(RAYS) as usize,
+            t30_within: self.rays.is_none().then_some(T30_WITHIN),
             length_s: self.args.length,
             air: Some(self.air),
             waves_hz: self.args.waves,
@@ -107,13 +113,13 @@ impl Run<'_> {
     }
 
     /// How responses were made, for the notes of their set.
-    fn note(&self) -> String {
+    fn note(&self, rays: usize) -> String {
         let beams = if self.beams > 0 { format!(" of {} beams", self.beams) } else { String::new() };
         format!(
             "simulated by promenade {}: image sources up to order {}{beams}, {} rays with seed {}, head {} of {} directions",
             env!("CARGO_PKG_VERSION"),
             self.order,
-            self.rays,
+            rays,
             self.args.seed,
             self.head.0.title,
             self.head.1.directions()
@@ -133,15 +139,14 @@ impl Run<'_> {
     }
 
     /// Says what was made.
-    fn report(&self, output: &Path, responses: &Responses, images: usize) {
+    fn report(&self, output: &Path, responses: &Responses, (images, rays): (usize, usize)) {
         let frames = responses.responses.first().map_or(0, |r| r.left.len());
         report::line(format_args!(
-            "{}: {} responses of {:.2} s at {} Hz from {images} images and {} rays in {:.1} s",
+            "{}: {} responses of {:.2} s at {} Hz from {images} images and {rays} rays in {:.1} s",
             output.display(),
             responses.responses.len(),
             frames as f64 / f64::from(self.rate),
             self.rate,
-            self.rays,
             self.began.elapsed().as_secs_f64()
         ));
     }

@@ -188,7 +188,7 @@ fn read_corners(m: ManifestCorners, tensors: &SafeTensors<'_>) -> Result<Corners
     let ends = floats(tensors, "corners.edges", &[None, Some(2), Some(3)])?;
     let ends = ends.as_chunks::<6>().0;
     let gains = floats(tensors, "corners.gains", &[Some(ends.len()), Some(OCTAVES)])?;
-    // Either may be absent.
+    // Each may be absent.
     let some = |name: &str, shape: &[Option<usize>]| match tensors.tensor(name) {
         Ok(_) => floats(tensors, name, shape),
         Err(_) => Ok(Vec::new()),
@@ -197,11 +197,13 @@ fn read_corners(m: ManifestCorners, tensors: &SafeTensors<'_>) -> Result<Corners
     let seen = some("corners.seen", &[Some(count)])?;
     let from = some("corners.from", &[None, Some(3)])?;
     let from: Vec<Vec3> = from.as_chunks::<3>().0.iter().map(|from| Vec3::from_array(*from)).collect();
+    let longer = some("corners.longer", &[Some(ends.len())])?;
     let of_emitter = ends.len().saturating_sub(from.len());
     let edge = |(number, (ends, gains)): (usize, (&[f32; 6], &Octaves))| DiffractionEdge {
         ends: [Vec3::from_slice(&ends[..3]), Vec3::from_slice(&ends[3..])],
         gains: *gains,
         from: number.checked_sub(of_emitter).and_then(|place| from.get(place).copied()),
+        longer_m: longer.get(number).copied().unwrap_or_default(),
     };
     let edges = ends.iter().zip(gains.as_chunks::<OCTAVES>().0).enumerate().map(edge).collect();
     Ok(Corners { places, direct, round, images, seen, edges })

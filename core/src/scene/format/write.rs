@@ -230,6 +230,10 @@ fn corner_entries<'a>(corners: &'a Corners, entries: &mut Vec<Entry<'a>>) {
     if !from.is_empty() {
         entries.push(entry("corners.from", &[from.len() / 3, 3], from));
     }
+    if corners.edges.iter().any(|edge| edge.longer_m > 0.0) {
+        let longer: Vec<f32> = corners.edges.iter().map(|edge| edge.longer_m).collect();
+        entries.push(entry("corners.longer", &[corners.edges.len()], longer));
+    }
     if !corners.images.is_empty() {
         let tables = corners.images.len() / places.max(1);
         entries.push(numbers(entry("corners.images", &[tables, places], &corners.images)));

@@ -1,5 +1,6 @@
 //! One edge, and how sound passes it.
 
+use super::End;
 use super::path::DiffractionPath;
 use crate::octave::Octaves;
 use glam::DVec3;
@@ -9,6 +10,8 @@ use std::f64::consts::{PI, TAU};
 const FLAT: f64 = 2e-4;
 /// Nearer than this to the border of a shadow, radians, a place may be on either side of it, or on a surface.
 const BORDER: f64 = 1e-3;
+/// Directions are the same when the cosine of the angle between them is nearer to 1 than this.
+const PARALLEL: f64 = 1e-6;
 
 /// An edge that sound can go round.
 #[derive(Clone, Copy, Debug)]
@@ -61,13 +64,14 @@ impl Edge {
 
     /// The shortest way from one place to another over the edge, if it passes between its ends and both places are in the open:
     /// both sides of the edge unfolded into a plane, it is straight.
-    pub(super) fn passed(&self, from: DVec3, to: DVec3) -> Option<Pass> {
+    pub(super) fn passed(&self, from: End, to: End) -> Option<Pass> {
         let in_the_open = |point: DVec3| {
             let (_, _, angle) = self.cylinder(point);
             let angle = if angle > TAU - BORDER { 0.0 } else { angle };
             (angle < self.open + BORDER).then_some(angle)
         };
-        let turn = (in_the_open(from)? - in_the_open(to)?).abs();
+        let turn = (in_the_open(from.seen)? - in_the_open(to.seen)?).abs();
+        let [from, to] = [from, to].map(|end| end.unfolded);
         let at = self.pass(from, to);
         if !(0.0..=self.length).contains(&at) {
             return None;
@@ -87,10 +91,16 @@ impl Edge {
         self.start + along_m * self.along
     }
 
-    /// The path of sound that comes from somewhere with gains and passes the edge at a place, of which a listener who sees past
-    /// the edge hears what it takes away.
-    pub(super) fn path(&self, from: DVec3, at: DVec3, listener: DVec3, gains: Octaves, lit: bool) -> Option<DiffractionPath> {
-        let path_m = from.distance(at) + at.distance(listener);
+    /// The path of sound that comes from somewhere with gains, on a way longer than the straight one by some metres, and passes
+    /// the edge at a place, of which a listener who sees past the edge hears what it takes away.
+    pub(super) fn path(
+        &self,
+        [from, at, listener]: [DVec3; 3],
+        longer_m: f64,
+        gains: Octaves,
+        lit: bool,
+    ) -> Option<DiffractionPath> {
+        let path_m = from.distance(at) + at.distance(listener) + longer_m;
         let direct_m = from.distance(listener);
         Some(DiffractionPath {
             position: (listener + (at - listener).try_normalize()? * path_m).to_array(),
@@ -98,10 +108,24 @@ impl Edge {
             detour_m: (path_m - direct_m).max(0.0),
             direct_m,
             from: from.to_array(),
+            longer_m,
             gains,
             edge: [self.start, self.start + self.length * self.along].map(|end| end.to_array()),
             lit,
         })
+    }
+
+    /// Whether one flat surface lies between both, as the reveal of a doorway: an obstacle as thick as that.
+    pub(super) fn shares_surface(&self, other: &Self) -> bool {
+        if self.along.dot(other.along).abs() < 1.0 - PARALLEL {
+            return false;
+        }
+        let Some(across) = (other.start - self.start).reject_from_normalized(self.along).try_normalize() else { return false };
+        let has = |edge: &Self, way: DVec3| {
+            let (sine, cosine) = edge.open.sin_cos();
+            [edge.first, cosine * edge.first + sine * edge.up].iter().any(|surface| surface.dot(way) > 1.0 - PARALLEL)
+        };
+        has(self, across) && has(other, -across)
     }
 
     /// Into the middle of the open space.

@@ -65,7 +65,7 @@ impl DiffractedImages<'_> {
         let listener = place("listener", listener)?;
         let path = |(number, image): &(usize, Image)| {
             let edge = &self.edges.all[*number];
-            let pass = edge.passed(image.position.into(), listener)?;
+            let pass = edge.passed(End::at(image.position.into()), End::at(listener))?;
             if !pass.hidden && pass.detour_m > NEAR_M {
                 return None;
             }
@@ -75,7 +75,7 @@ impl DiffractedImages<'_> {
                 return None;
             }
             let lit = sees(listener);
-            edge.path(image.position.into(), pass.at, listener, image.gains, lit).filter(|_| lit || pass.hidden)
+            edge.path([image.position.into(), pass.at, listener], 0.0, image.gains, lit).filter(|_| lit || pass.hidden)
         };
         let mut found: Vec<DiffractionPath> = self.all.iter().filter_map(path).collect();
         self.edges.distinct(&mut found);
@@ -93,7 +93,7 @@ impl DiffractedImages<'_> {
         for image in images.iter_mut().take_while(|image| image.order <= MOST_REFLECTIONS) {
             let mut left = [1.0; BANDS];
             if image.order == 0 {
-                self.edges.shade(self.room, [End::at(image.position.into()), End::at(listener)], &mut left);
+                self.edges.shade(self.room, [End::at(image.position.into()), End::at(listener)], None, &mut left);
             }
             for path in paths.iter().filter(|path| path.lit && path.from == image.position) {
                 left.iter_mut().zip(OCTAVES_HZ).for_each(|(left, hz)| *left *= path.left(hz.into()) as f32);

@@ -14,7 +14,7 @@ use crate::error::{AcousticsError, place};
 use crate::mesh::{Mesh, normal};
 use crate::octave::{OCTAVES_HZ, Octaves};
 use crate::room::{NOWHERE, Room};
-use edge::Edge;
+use edge::{Edge, Pass};
 use glam::DVec3;
 use promenade_core::lit_gain;
 use std::collections::HashMap;
@@ -106,19 +106,19 @@ impl Edges {
         let Source { position, directivity } = source.into();
         let (source, listener) = (place("source", position)?, place("listener", listener)?);
         let path = |edge: &Edge| {
-            let at = edge.passed(source, listener).filter(|pass| pass.hidden)?.at;
+            let at = edge.passed(End::at(source), End::at(listener)).filter(|pass| pass.hidden)?.at;
             let beside = self.beside(edge, at);
             if !self.free(room, source, beside) || !self.free(room, listener, beside) {
                 return None;
             }
-            let mut path = edge.path(source, at, listener, directivity.towards((at - source).to_array()), false)?;
+            let mut path = edge.path([source, at, listener], 0.0, directivity.towards((at - source).to_array()), false)?;
             // Other edges that either leg passes.
             let straight = source + (at - source).normalize_or_zero() * path.path_m;
             let legs = [
                 [End::at(source), End { unfolded: straight, seen: beside }],
                 [End { unfolded: path.position.into(), seen: beside }, End::at(listener)],
             ];
-            legs.iter().for_each(|leg| self.shade(room, *leg, &mut path.gains));
+            legs.iter().for_each(|leg| self.shade(room, *leg, Some(edge), &mut path.gains));
             Some(path)
         };
         let mut found: Vec<DiffractionPath> = self.all.iter().filter_map(path).collect();
@@ -140,11 +140,9 @@ impl Edges {
         let Source { position, directivity } = source.into();
         let (source, listener) = (place("source", position)?, place("listener", listener)?);
         let path = |(edge, at): (&Edge, DVec3)| {
-            edge.path(source, at, listener, directivity.towards((listener - source).to_array()), true)
+            edge.path([source, at, listener], 0.0, directivity.towards((listener - source).to_array()), true)
         };
-        let mut found: Vec<DiffractionPath> = self.near(room, [End::at(source), End::at(listener)]).filter_map(path).collect();
-        found.sort_by(|a, b| a.detour_m.total_cmp(&b.detour_m));
-        Ok(found)
+        Ok(self.near(room, [End::at(source), End::at(listener)], None).into_iter().filter_map(path).collect())
     }
 
     /// The paths from a source to a listener in its shadow round one edge each, or round two where there is none round one, the
@@ -163,22 +161,32 @@ impl Edges {
         if found.is_empty() { self.paths_round_two(room, &source, listener) } else { Ok(found) }
     }
 
-    /// Edges that a way passes so near that they take some of it, and where, both ends seen from there.
-    fn near<'a>(&'a self, room: &'a Room, [from, to]: [End; 2]) -> impl Iterator<Item = (&'a Edge, DVec3)> {
+    /// Edges that a way passes so near that they take some of it, and where, both ends seen from there: the nearest first, one
+    /// of each obstacle, and none of that of the edge that the way bends at.
+    fn near(&self, room: &Room, [from, to]: [End; 2], bends: Option<&Edge>) -> Vec<(&Edge, DVec3)> {
         let way = (to.unfolded - from.unfolded).normalize_or_zero();
-        self.all.iter().filter_map(move |edge| {
-            let at = edge.passed(from.unfolded, to.unfolded).filter(|pass| pass.detour_m < NEAR_M)?.at;
+        let near = |edge| {
+            let Pass { at, detour_m, .. } = Edge::passed(edge, from, to).filter(|pass| pass.detour_m < NEAR_M)?;
             // Between the leg's ends, and not where it bends.
             let passes = [at - from.seen, to.seen - at].iter().all(|part| part.dot(way) > 4.0 * self.off_m);
             let beside = self.beside(edge, at);
             let free = passes && self.free(room, from.seen, beside) && self.free(room, to.seen, beside);
-            free.then_some((edge, at))
-        })
+            free.then_some((detour_m, edge, at))
+        };
+        let mut found: Vec<(f64, &Edge, DVec3)> = self.all.iter().filter_map(near).collect();
+        found.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let mut kept: Vec<(&Edge, DVec3)> = Vec::new();
+        for (_, edge, at) in found {
+            if !kept.iter().map(|(kept, _)| *kept).chain(bends).any(|other| edge.shares_surface(other)) {
+                kept.push((edge, at));
+            }
+        }
+        kept
     }
 
-    /// Takes from amplitudes by octave what the edges take that a way passes in their light.
-    fn shade(&self, room: &Room, [from, to]: [End; 2], gains: &mut Octaves) {
-        for (_, at) in self.near(room, [from, to]) {
+    /// Takes from amplitudes by octave what the edges take that a way passes in their light, which may bend at one.
+    fn shade(&self, room: &Room, [from, to]: [End; 2], bends: Option<&Edge>, gains: &mut Octaves) {
+        for (_, at) in self.near(room, [from, to], bends) {
             let detour_m = from.unfolded.distance(at) + at.distance(to.unfolded) - from.unfolded.distance(to.unfolded);
             for (gain, hz) in gains.iter_mut().zip(OCTAVES_HZ) {
                 *gain *= lit_gain(detour_m, hz.into(), SPEED_OF_SOUND_M_S) as f32;

@@ -4,7 +4,7 @@ use crate::SPEED_OF_SOUND_M_S;
 use crate::octave::{OCTAVES_HZ, Octaves, octave_energy};
 use promenade_core::{barrier_db, lit_gain};
 
-/// Sound round an edge, as a listener hears it: of the source, of one of its images, or of what came round another edge. Of a
+/// Sound round an edge, as a listener hears it: of the source or of one of its images, and round another edge before. Of a
 /// listener who sees past the edge it is what the edge takes away.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DiffractionPath {
@@ -16,9 +16,10 @@ pub struct DiffractionPath {
     pub detour_m: f64,
     /// Straight line to where it comes from, metres.
     pub direct_m: f64,
-    /// Where the sound that reaches the edge comes from, metres: the source, its image, or behind another edge, as far away
-    /// as the path is long.
+    /// Where the sound that reaches the edge comes from, metres: the source or its image.
     pub from: [f64; 3],
+    /// How much longer its way to the edge is than the straight one, metres: round another edge.
+    pub longer_m: f64,
     /// The source's directivity towards the edge, times what walls and edges on the path leave of it: amplitudes by octave.
     pub gains: Octaves,
     /// Ends of the edge.

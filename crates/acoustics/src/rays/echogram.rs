@@ -145,6 +145,12 @@ impl Lanes {
         }
     }
 
+    /// Without directions.
+    #[cfg(feature = "meshes")]
+    pub(crate) fn of_energy(energy: &[f32; LANES]) -> Self {
+        Self([*energy, [0.0; LANES], [0.0; LANES], [0.0; LANES]])
+    }
+
     #[cfg(feature = "meshes")]
     pub(crate) fn add(&mut self, other: &Self) {
         self.0.as_flattened_mut().iter_mut().zip(other.0.as_flattened()).for_each(|(a, b)| *a += b);

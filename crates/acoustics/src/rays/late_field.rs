@@ -75,6 +75,9 @@ pub struct LateField {
     pub path_variance: f64,
     /// Searches for the next wall.
     pub casts: u64,
+    /// How far T30 of an octave at one listener is off because rays are few, as a share of it: the standard error that two halves
+    /// of the rays show, root mean square over octaves and listeners. `None` where no half has a T30.
+    pub t30_error: Option<f64>,
 }
 
 impl LateField {
@@ -193,6 +196,9 @@ struct Tracer<'a> {
 struct Sum {
     /// `[listener][bin]`.
     bins: Vec<Lanes>,
+    /// What every other ray has brought, without directions, and whether the ray that is followed is one of those.
+    half: Vec<[f32; LANES]>,
+    is_of_half: bool,
     emitted: [f64; LANES],
     absorbed: [f64; LANES],
     escaped: [f64; LANES],
@@ -206,9 +212,11 @@ struct Sum {
 impl Sum {
     fn new(listeners: usize, bins: usize) -> Self {
         let none = [0.0; LANES];
-        let bins = vec![Lanes::default(); listeners * bins];
+        let count = listeners * bins;
         Self {
-            bins,
+            bins: vec![Lanes::default(); count],
+            half: vec![[0.0; LANES]; count],
+            is_of_half: false,
             emitted: none,
             absorbed: none,
             escaped: none,
@@ -222,6 +230,7 @@ impl Sum {
 
     fn add(&mut self, other: &Self) {
         self.bins.iter_mut().zip(&other.bins).for_each(|(a, b)| a.add(b));
+        self.half.as_flattened_mut().iter_mut().zip(other.half.as_flattened()).for_each(|(a, b)| *a += b);
         add(&mut self.emitted, &other.emitted);
         add(&mut self.absorbed, &other.absorbed);
         add(&mut self.escaped, &other.escaped);
@@ -242,8 +251,14 @@ impl Sum {
         let shares = |lanes: [f64; LANES]| std::array::from_fn(|b| (lanes[b] / self.emitted[b].max(f64::MIN_POSITIVE)) as f32);
         let walls = self.walls.max(1) as f64;
         let mean = self.way_m / walls;
+        let echograms: Vec<_> = self.bins.chunks(tracer.bins).map(|bins| Echogram::new(options.bin_s, bins, air)).collect();
+        let halves = self.half.chunks(tracer.bins).map(|bins| {
+            let bins: Vec<_> = bins.iter().map(Lanes::of_energy).collect();
+            Echogram::new(options.bin_s, &bins, air)
+        });
         LateField {
-            echograms: self.bins.chunks(tracer.bins).map(|bins| Echogram::new(options.bin_s, bins, air)).collect(),
+            t30_error: t30_error(echograms.iter().zip(halves)),
+            echograms,
             absorbed: shares(self.absorbed),
             escaped: shares(self.escaped),
             remaining: shares(self.remaining),
@@ -252,6 +267,23 @@ impl Sum {
             casts: self.casts,
         }
     }
+}
+
+/// Standard error of T30 from echograms and what a half of the rays has brought to each ([`LateField::t30_error`]).
+fn t30_error<'a>(fields: impl Iterator<Item = (&'a Echogram, Echogram)>) -> Option<f64> {
+    let mut squares = Vec::new();
+    for (whole, half) in fields {
+        let mut rest = whole.clone();
+        for (rest, half) in rest.bins.iter_mut().zip(&half.bins) {
+            rest.energy.iter_mut().zip(half.energy).for_each(|(rest, half)| *rest = (*rest - half).max(0.0));
+        }
+        let errors = (0..BANDS).filter_map(|band| {
+            let [a, b] = [half.t30_s(band)?, rest.t30_s(band)?];
+            Some(((a - b) / (a + b)).powi(2))
+        });
+        squares.extend(errors);
+    }
+    (!squares.is_empty()).then(|| (squares.iter().sum::<f64>() / squares.len() as f64).sqrt())
 }
 
 fn add(sum: &mut [f64; LANES], other: &[f64; LANES]) {
@@ -289,6 +321,7 @@ impl<'a> Tracer<'a> {
     /// Follows a ray; `on_wall` is told place, plane, way from the source in metres, and energy of each meeting with a surface.
     fn follow(&self, index: usize, sum: &mut Sum, mut on_wall: impl FnMut(DVec3, u32, f64, &[f32; LANES])) {
         let options = self.options;
+        sum.is_of_half = index % 2 == 1;
         let mut random = Random::stream(options.seed, index as u64);
         let mut ray = Ray::new(self.source, self.turn * direction(index, options.rays));
         let mut energy = [0.0_f32; LANES];
@@ -378,8 +411,12 @@ impl<'a> Tracer<'a> {
             }
             let bin = ((way + at) / speed_m_s(self.options.air) / self.options.bin_s) as usize;
             if bin < self.bins {
-                let from = (-ray.direction).as_vec3();
-                sum.bins[listener * self.bins + bin].collect(&left, (level / area_m2) as f32, from.to_array());
+                let (from, scale) = ((-ray.direction).as_vec3(), (level / area_m2) as f32);
+                let bin = listener * self.bins + bin;
+                sum.bins[bin].collect(&left, scale, from.to_array());
+                if sum.is_of_half {
+                    sum.half[bin].iter_mut().zip(left).for_each(|(half, e)| *half += scale * e);
+                }
             }
         });
     }

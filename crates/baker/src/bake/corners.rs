@@ -16,9 +16,12 @@ const SAME: f64 = 0.25;
 const SPACING_M: f32 = 0.1;
 const MOST_PLACES: f32 = 8000.0;
 
-/// Where the sound at an edge comes from in steps of [`SAME`], none if that is the emitter, the edge's ends by their bits, and
-/// whether what sends it is seen past the edge.
-type Key = (Option<[i64; 3]>, [[u64; 3]; 2], bool);
+/// Ways round another edge that differ by less than this are one, metres.
+const LONGER: f64 = 0.02;
+
+/// Where the sound at an edge comes from in steps of [`SAME`], none if that is the emitter, the edge's ends by their bits,
+/// whether what sends it is seen past the edge, and how much longer the way to it is in steps of [`LONGER`].
+type Key = (Option<[i64; 3]>, [[u64; 3]; 2], bool, i64);
 
 /// Sound at an edge, by where it comes from.
 #[derive(Clone, Copy)]
@@ -26,6 +29,7 @@ struct Bend {
     key: Key,
     from: DVec3,
     sent: Octaves,
+    longer_m: f64,
 }
 
 impl Bend {
@@ -33,7 +37,9 @@ impl Bend {
         let from = DVec3::from(way.from);
         let own = way.from != source.position;
         let from_m = own.then(|| (from / SAME).round().to_array().map(|c| c as i64));
-        Self { key: (from_m, way.edge.map(|end| end.map(f64::to_bits)), way.lit), from, sent: way.gains }
+        let longer = (way.longer_m / LONGER).round() as i64;
+        let key = (from_m, way.edge.map(|end| end.map(f64::to_bits)), way.lit, longer);
+        Self { key, from, sent: way.gains, longer_m: way.longer_m }
     }
 }
 
@@ -133,8 +139,10 @@ fn edge_of(bend: &Bend, source: &Source) -> DiffractionEdge {
     let (own, sign) = (bend.key.0.is_none(), if bend.key.2 { -1.0 } else { 1.0 });
     DiffractionEdge {
         ends: ends.map(|end| end.as_vec3()),
-        gains: if own { source.directivity.towards(way.to_array()) } else { bend.sent }.map(|gain| sign * gain),
+        gains: if own && bend.longer_m == 0.0 { source.directivity.towards(way.to_array()) } else { bend.sent }
+            .map(|gain| sign * gain),
         from: (!own).then(|| bend.from.as_vec3()),
+        longer_m: bend.longer_m as f32,
     }
 }
 

@@ -37,11 +37,11 @@ pub(super) fn run(args: &SimulateBoxArgs) -> Result<()> {
     let done = |share| bar.at(share);
     let made = simulate_box(&walls, args.emitter, &run.head.1, &poses, &run.options(), done)?;
     drop(bar);
-    let Simulated { mut responses, images, .. } = made;
-    responses.notes.push(run.note());
+    let Simulated { mut responses, images, rays, .. } = made;
+    responses.notes.push(run.note(rays));
     let output = run.save(&responses, part.as_ref(), &poses)?;
     after_eyring(&walls, run.air);
-    run.report(output, &responses, images);
+    run.report(output, &responses, (images, rays));
     Ok(())
 }
 

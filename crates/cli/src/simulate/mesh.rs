@@ -41,9 +41,9 @@ pub(super) fn run(of: &RoomArgs, args: &SimulateMeshArgs, run: &RunArgs, air: Ai
     let done = |share| bar.at(share);
     let made = simulate_mesh(&mesh, &room, &source, &run.head.1, &poses, &run.options(), done)?;
     drop(bar);
-    let Simulated { mut responses, late, images, crossover_hz, rings_s } = made;
+    let Simulated { mut responses, late, images, rays, crossover_hz, rings_s } = made;
     responses.title = title;
-    responses.notes.push(run.note());
+    responses.notes.push(run.note(rays));
     responses.notes.extend(crossover_hz.map(|hz| format!("below {hz:.0} Hz by waves")));
     let output = run.save(&responses, part.as_ref(), &poses)?;
     let silent = responses.responses.iter().filter(|r| r.left.iter().chain(&r.right).all(|v| *v == 0.0)).count();
@@ -61,7 +61,7 @@ pub(super) fn run(of: &RoomArgs, args: &SimulateMeshArgs, run: &RunArgs, air: Ai
             "responses end after {length_s:.2} s, and the room rings for {rings_s:.1} s: --length makes them longer"
         ));
     }
-    run.report(output, &responses, images);
+    run.report(output, &responses, (images, rays));
     Ok(())
 }
 
@@ -93,7 +93,11 @@ fn reverberation(size: &MeshReport, room: &Room, air: Air, enclosed: f64) {
 /// Says how the scattered sound decays, and what of it has left the room.
 fn decay(late: &LateField) {
     match late.mean_t30_s() {
-        Some(t30) => report::note(format_args!("T30 of the scattered sound: {} s", times(t30))),
+        Some(t30) => {
+            let error =
+                late.t30_error.map_or(String::new(), |e| format!(", at one place off by {:.1} % for few rays", 100.0 * e));
+            report::note(format_args!("T30 of the scattered sound: {} s{error}", times(t30)));
+        }
         None => report::note("the scattered sound has no T30: it does not fall by 35 dB along a line within the responses"),
     }
     let escaped = late.escaped.iter().fold(0.0, |a: f32, b| a.max(*b));

@@ -86,6 +86,7 @@ impl Places {
             order: args.order,
             beams: BEAMS,
             rays: args.rays as usize,
+            t30_within: None,
             length_s: None,
             air: Some(args.air.air()),
             // What corrects a scene has none either.

@@ -1,7 +1,7 @@
 //! `promenade simulate ROOM -o SCENE.promenade` and `simulate box ... -o SCENE.promenade`: scenes of image sources.
 
 use super::boxed::{after_eyring, walls};
-use super::head_of;
+use super::{RAYS, head_of};
 use crate::args::{AirArgs, RoomArgs, RunArgs, SimulateBoxArgs, SimulateMeshArgs, SizeScattering};
 use crate::{report, scene};
 use anyhow::{Result, bail};
@@ -37,7 +37,7 @@ pub(super) fn write(
         head_turns: args.head_turns as usize,
         order: args.order,
         beams: args.beams as usize,
-        rays: args.rays as usize,
+        rays: args.rays.unwrap_or(RAYS) as usize,
         spacing_m,
         height_m: args.height,
         margin_m: args.margin,
@@ -122,6 +122,7 @@ fn of_run(run: &RunArgs, air: AirArgs) -> String {
 fn recipe(of: &RoomArgs, args: &SimulateMeshArgs, spacing_m: f32, (run, air): (&RunArgs, AirArgs)) -> String {
     let RoomArgs { mesh, source, materials, material_table, scattering_by_size, scale, up, flatten, directivity, facing } = of;
     let SimulateMeshArgs { height, margin, images, head_turns, order, beams, rays, rate, .. } = args;
+    let rays = rays.unwrap_or(RAYS);
     let SimulateMeshArgs { at: _, grid: _, turns: _, title: _, credit: _, licence: _, output: _, .. } = args;
     let [x, y, z] = source.to_array();
     let up = up.map_or(String::new(), |up| format!(" --up {},{},{}", up.x, up.y, up.z));

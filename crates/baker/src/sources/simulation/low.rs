@@ -16,7 +16,7 @@ use std::f64::consts::TAU;
 const MOST_VALUES: f64 = 8e5;
 const SAMPLES: f64 = 2.5;
 /// Rays and places that tell how a room decays.
-const PILOT_RAYS: usize = 8192;
+pub(super) const PILOT_RAYS: usize = 8192;
 const PILOT_PLACES: usize = 8;
 /// The most that waves may take: values in cells and time steps, some 10 s of two cores.
 const MOST_WORK: f64 = 6e9;

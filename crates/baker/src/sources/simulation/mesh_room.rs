@@ -6,7 +6,7 @@
 use super::bins::Bins;
 use super::early::{Arriving, Early};
 use super::hrtf::Hrtf;
-use super::low::{Bass, Joiner, Pilot};
+use super::low::{Bass, Joiner, PILOT_RAYS, Pilot};
 use super::part::{Part, distinct};
 use super::tail::{Tail, Variance};
 use super::walls::{filters, left};
@@ -26,6 +26,8 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 /// Lengths that responses have unless told, seconds.
 const SHORTEST_BY_ITSELF_S: f64 = 0.1;
 const LONGEST_BY_ITSELF_S: f64 = 4.0;
+/// Rays that are followed for an accurate T30, beside those that are asked for.
+const MOST_TIMES: f64 = 16.0;
 /// How long the rays are followed that tell how long a room sounds, seconds.
 const PILOT_S: f64 = MAX_LENGTH_S as f64;
 
@@ -36,8 +38,11 @@ pub struct MeshOptions {
     pub order: u32,
     /// Beams that search the images.
     pub beams: usize,
-    /// Rays of the late field.
+    /// Rays of the late field, at least.
     pub rays: usize,
+    /// How far T30 of an octave at one place may be off because rays are few ([`LateField::t30_error`]): up to 16 times as many
+    /// are followed for that.
+    pub t30_within: Option<f64>,
     /// Length of the responses in seconds, above 0 and at most [`MAX_LENGTH_S`]; without it the longest T30 of the octaves that
     /// a few rays show, but at most 4.
     pub length_s: Option<f32>,
@@ -57,6 +62,8 @@ pub struct MeshOptions {
 pub struct Simulated {
     /// One for each pose of the part, in their order.
     pub responses: Responses,
+    /// Rays that were followed.
+    pub rays: usize,
     /// Where the energy of the rays went.
     pub late: LateField,
     /// Images that all listeners together may see.
@@ -115,7 +122,7 @@ pub(super) fn simulate(
     let bass = Bass::of(mesh, room, source, options.waves_hz)?;
     // Of all places, so that all parts are of one length and one decay.
     let places_of_all = in_metres(&distinct(poses));
-    let asked = options.length_s.is_none() || bass.is_some();
+    let asked = options.length_s.is_none() || bass.is_some() || options.t30_within.is_some();
     let pilot = || Pilot::new(room, source, &places_of_all, (options.rays, PILOT_S), (options.air, options.seed));
     let pilot = asked.then(pilot).transpose()?;
     let rings_s = pilot.as_ref().filter(|_| options.length_s.is_none()).map(|pilot| longest_t30_s(&pilot.late));
@@ -123,7 +130,8 @@ pub(super) fn simulate(
     let length_s = options.length_s.map_or_else(natural, f64::from);
     let length = (length_s * rate).ceil() as usize;
     let tail = Tail::new(hrtf, length, options.seed);
-    let rays = rays(options, images, &tail, length as f64 / rate, rate);
+    let followed = pilot.as_ref().map_or(options.rays, |pilot| followed(options, pilot));
+    let rays = RayOptions { rays: followed, ..rays(options, images, &tail, length as f64 / rate, rate) };
     let late = late_field(room, source, &listeners, &rays, |share| done(0.5 * share))?;
     let low = bass.zip(pilot).map(|(bass, pilot)| -> Result<LowField, BakeError> {
         let waves = (length as f64 / rate, options.air);
@@ -171,7 +179,14 @@ pub(super) fn simulate(
     let made: Result<Vec<Vec<(usize, Response)>>, BakeError> =
         places.par_iter().zip(&late.echograms).enumerate().map(of_place).collect();
     let responses = in_order(made?.into_iter().flatten().collect(), hrtf);
-    Ok(Simulated { responses, images: images.count(), crossover_hz: bass.map(|bass| bass.crossover_hz), rings_s, late })
+    let crossover_hz = bass.map(|bass| bass.crossover_hz);
+    Ok(Simulated { responses, images: images.count(), rays: followed, crossover_hz, rings_s, late })
+}
+
+/// Rays for the error that T30 may have: it falls with the root of their number.
+fn followed(options: &MeshOptions, pilot: &Pilot) -> usize {
+    let times = options.t30_within.zip(pilot.late.t30_error).map_or(0.0, |(within, error)| (error / within).powi(2));
+    (options.rays.min(PILOT_RAYS) as f64 * times).clamp(options.rays as f64, MOST_TIMES * options.rays as f64) as usize
 }
 
 /// How rays are followed for some seconds, for a tail.

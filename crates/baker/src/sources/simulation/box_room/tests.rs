@@ -26,6 +26,7 @@ fn options(order: u32, length_s: f32) -> MeshOptions {
         order,
         beams: 0,
         rays: 6000,
+        t30_within: None,
         length_s: Some(length_s),
         air: None,
         waves_hz: Some(0.0),
