@@ -27,6 +27,8 @@ pub struct Study {
     pub study: String,
     /// Its title on the page.
     pub title: String,
+    /// The language of the page's own words: `en`, `de`, or a file of texts beside the study; English without.
+    pub language: Option<String>,
     /// What is said first; an empty line begins a paragraph.
     pub welcome: Option<String>,
     /// What listeners agree to.

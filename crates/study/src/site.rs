@@ -4,7 +4,7 @@ use crate::composite::{self, WEIGHTS_HZ};
 use crate::definition::{Item, Part, REFERENCE, Stimulus, Study};
 use crate::http::compressed;
 use crate::loudness::{Loudness, matching};
-use crate::page::FILES;
+use crate::page::{FILES, texts};
 use crate::place::{self, Place};
 use fastrand::Rng;
 use promenade_audio::wav::{self, Format};
@@ -93,6 +93,8 @@ pub fn write_site(study: &Study, file_of_study: &Path, to: &Path, engine: Option
     // A study that was changed, or whose sounds were, is another version: its answers are other answers.
     let version = self::digest(site.digest, page.to_string().as_bytes());
     page["version"] = json!(format!("v{:08x}", (version ^ (version >> 32)) as u32));
+    let (language, texts) = texts(study.language.as_deref().unwrap_or("en"), from)?;
+    (page["language"], page["texts"]) = (json!(language), json!(texts));
     write(to, STUDY_FILE, format!("{page:#}\n").as_bytes())?;
     site.made.stimuli = site.names.len();
     Ok(site.made)
