@@ -197,7 +197,7 @@ fn renderings_of_one_cost_differ_visibly_and_blend_by_the_sound() {
     let text = |name: &str| at(name).to_string_lossy().into_owned();
     let world = World::new();
     std::fs::write(at("room.obj"), world.obj()).unwrap();
-    write_png(&at("reference.png"), size, &world.render(size, |_| 40 * mean, 1));
+    write_png(&at("reference.png"), size, &world.render(size, |_| 24 * mean, 1));
     // Silence, then a burst from the loudspeaker.
     let mut mix = vec![0.0; 3 * 16_000];
     for (sample, noise) in mix[24_000..32_000].iter_mut().zip(Noise::new(1).take(8000)) {

@@ -346,7 +346,7 @@ mod tests {
         of(&study(&shown)).unwrap();
         shown["method"] = json!("rating");
         shown["anchor"] = json!(true);
-        assert!(of(&study(&shown)).unwrap_err().contains("the anchor"));
+        assert!(of(&study(&shown)).unwrap_err().contains("no anchor"));
         let mut bare = part.clone();
         bare["items"][0].as_object_mut().unwrap().remove("reference");
         of(&study(&bare)).unwrap();

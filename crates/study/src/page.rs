@@ -83,8 +83,8 @@ mod tests {
     fn the_scripts_ask_for_texts_that_there_are_and_for_all_of_them() {
         let all: BTreeMap<String, Texts> = serde_json::from_str(TEXTS).unwrap();
         let scripts: String = FILES.iter().map(|(_, script)| *script).collect();
-        let asked = scripts.split("text(\"").skip(1).filter_map(|rest| rest.split('"').next());
-        for name in asked {
+        let calls = scripts.match_indices("text(\"").filter(|(at, _)| !scripts[..*at].ends_with(char::is_alphanumeric));
+        for name in calls.filter_map(|(at, call)| scripts[at + call.len()..].split('"').next()) {
             assert!(all["en"].contains_key(name), "{name:?} is asked for");
         }
         for name in all["en"].keys().filter(|name| !name.contains("question")) {
