@@ -45,11 +45,12 @@ fn all(sections: &mut Sections) -> Result<()> {
 
     let browser = sections
         .run("engine for browsers", || browser.join().map_err(|_| anyhow!("the thread of the engine has panicked"))?)?;
+    let sweep = PathBuf::from("presets/recipes/sweep.py");
     sections.run("python", || {
         let hosts = ["pedalboard_check.py", "dawdreamer_check.py", "many_check.py"].map(|check| (check, &vst3));
         hosts
             .iter()
-            .chain(&[("metrics_check.py", &tool)])
+            .chain(&[("metrics_check.py", &tool), ("sweep_check.py", &sweep)])
             .try_for_each(|(check, of)| run(Command::new(&python).arg(Path::new("tests/python").join(check)).arg(of)))
     })?;
     if let Some(browser) = &browser {

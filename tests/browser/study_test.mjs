@@ -9,7 +9,7 @@ import { spawn } from "node:child_process";
 import { mkdtempSync, readFileSync, rmSync, writeFileSync } from "node:fs";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
-import { tone, writeWav } from "./sound.mjs";
+import { noise, tone, writeWav } from "./sound.mjs";
 import { check, launch, open, run, runTests } from "./steps.mjs";
 
 const [program, engine, only] = process.argv.slice(2);
@@ -107,9 +107,9 @@ async function screen(page, person, rightly) {
 }
 
 /** Hears every sound of a trial by its key. */
-async function hearAll(page) {
-  await page.waitForSelector(".sounds button");
-  const count = await page.locator(".sounds button:not(:text-is('Pause'))").count();
+async function hearAll(page, pause = "Pause") {
+  await page.waitForSelector(".sounds button", { timeout: 30_000 });
+  const count = await page.locator(`.sounds button:not(:text-is('${pause}'))`).count();
   for (let i = 0; i < count; i++) {
     await page.keyboard.press(String(i + 1));
     await page.waitForFunction((at) => document.querySelectorAll(".sounds button.heard").length > at, i);
@@ -135,17 +135,17 @@ async function choose(page, answer) {
   await page.keyboard.press("Enter");
 }
 
-async function rate(page, name) {
-  await page.waitForSelector("input[type=range]", { timeout: 30_000 });
-  await hearAll(page);
+async function rate(page, name, next = "Next", pause = "Pause") {
+  await page.waitForSelector(".rating input[type=range]", { timeout: 30_000 });
+  await hearAll(page, pause);
   const sliders = page.locator("input[type=range]");
-  check(await page.getByRole("button", { name: "Next" }).isDisabled(), "a rating must be given");
+  check(await page.getByRole("button", { name: next }).isDisabled(), "a rating must be given");
   for (let i = 0; i < (await sliders.count()); i++) {
     await sliders.nth(i).focus();
     for (let k = 0; k <= 5 * i; k++) await page.keyboard.press("ArrowRight");
   }
   await photograph(page, name);
-  await click(page, "Next");
+  await click(page, next);
 }
 
 /** A whole study of one person. */
@@ -525,6 +525,170 @@ const tests = {
     await page.waitForSelector(".sounds button:nth-child(2)[aria-pressed=true]");
     await page.close();
     own.stop();
+  },
+
+  async "pictures beside a sound blend at each moment's weight of it, as the frames of the command do"() {
+    // One colour each; drawn by the browser itself, since Node has no encoder of pictures.
+    const colours = { gold: [200, 180, 40], uniform: [90, 90, 90], image: [20, 60, 220], ear: [230, 120, 10] };
+    const draw = await browser.newPage();
+    for (const [name, rgb] of Object.entries(colours)) {
+      const url = await draw.evaluate((colour) => {
+        const canvas = Object.assign(document.createElement("canvas"), { width: 64, height: 48 });
+        const pen = canvas.getContext("2d");
+        pen.fillStyle = `rgb(${colour})`;
+        pen.fillRect(0, 0, 64, 48);
+        return canvas.toDataURL();
+      }, rgb);
+      writeFileSync(join(folder, `${name}.png`), Buffer.from(url.split(",")[1], "base64"));
+    }
+    await draw.close();
+    // Silence, a burst, silence.
+    const burst = noise(RATE / 2, 0.3);
+    const sound = Float32Array.from({ length: 3 * RATE }, (_, i) => burst[i - RATE] ?? 0);
+    writeWav(join(folder, "mix.wav"), RATE, [sound, sound]);
+    const conditions = { Uni: "uniform.png", Sal: "image.png", Mix: ["image.png", "ear.png"] };
+    const item = { name: "room", sound: "mix.wav", reference: "gold.png", conditions };
+    const parts = [
+      { method: "paired", seconds: 3, pairs: [["Sal", "Mix"]], items: [item] },
+      { method: "rating", ...quick, items: [item] },
+    ];
+    const own = await serve({ ...study, study: "composite", headphones: false, parts });
+    const frames = join(folder, "frames");
+    const of = (name) => join(folder, name);
+    run(program, "map", "composite", of("image.png"), of("ear.png"), "--sound", of("mix.wav"), "-o", frames);
+    run(program, "map", "saliency", of("mix.wav"), "-o", of("weights.json"));
+    const weights = JSON.parse(readFileSync(of("weights.json"))).frames.map(({ saliency }) => saliency);
+    // What each frame of the first trial shows, with its time in the sound and its weight.
+    const script = `{
+      globalThis.seen = [];
+      const draw = WebGL2RenderingContext.prototype.drawArrays;
+      WebGL2RenderingContext.prototype.drawArrays = function (...rest) {
+        draw.apply(this, rest);
+        const pixel = new Uint8Array(4);
+        this.readPixels(30, 20, 1, 1, this.RGBA, this.UNSIGNED_BYTE, pixel);
+        queueMicrotask(() => {
+          const [cue, { weight, seconds }] = [document.querySelector(".cue")?.textContent, this.canvas.dataset];
+          globalThis.seen.push({ cue, weight: Number(weight), seconds: Number(seconds), pixel: [...pixel] });
+        });
+      };
+    }`;
+    const page = await open(browser, own.address, { script });
+    await begin(page);
+    await page.waitForSelector("text=You will hear the reference, A, the reference, B, 3 seconds each.");
+    await click(page, "Begin");
+    await page.waitForSelector("text=Keys:", { timeout: 60_000 });
+    const seen = await page.evaluate(() => globalThis.seen);
+    const order = await page.evaluate(
+      async () => {
+        const [{ trials }, made] = await Promise.all([import("./order.js"), (await fetch("study.json")).json()]);
+        const person = JSON.parse(Object.values(localStorage)[0]).person;
+        return trials(made, person)[0].sounds.map(({ label, name }) => [label, name]);
+      },
+    );
+    const light = (v) => (v <= 0.04045 * 255 ? v / 255 / 12.92 : ((v / 255 + 0.055) / 1.055) ** 2.4);
+    const code = (l) => 255 * (l <= 0.0031308 ? 12.92 * l : 1.055 * l ** (1 / 2.4) - 0.055);
+    let [least, most, off] = [1, 0, 0];
+    for (const [label, name] of order) {
+      const those = seen.filter(({ cue }) => cue === label);
+      check(those.length > 20, `${label}: ${those.length} frames`);
+      for (const { weight, seconds, pixel } of those) {
+        const at = Math.min(seconds * 25, weights.length - 1);
+        const wanted = weights[Math.floor(at)] * (1 - (at % 1)) + weights[Math.ceil(at)] * (at % 1);
+        const blend = name === "Mix" ? wanted : 0;
+        check(Math.abs(weight - blend) < 2e-3, `${name} at ${seconds} s: weight ${weight}, expected ${blend}`);
+        const [a, b] = { Mix: ["image", "ear"], Sal: ["image", "image"] }[name] ?? ["gold", "gold"];
+        const colour = [0, 1, 2].map((i) => code(light(colours[a][i]) * (1 - weight) + light(colours[b][i]) * weight));
+        off = Math.max(off, ...colour.map((v, i) => Math.abs(v - pixel[i])));
+        if (name === "Mix") [least, most] = [Math.min(least, weight), Math.max(most, weight)];
+      }
+    }
+    check(least < 0.02 && most > 0.98, `weights from ${least} to ${most}`);
+    check(off <= 1.01, `${off} of 255 beside the blend of light`);
+    await photograph(page, "composite");
+    await choose(page, "j");
+    await page.waitForSelector("text=2 of 2");
+    await rate(page, "composite-rating");
+    await page.waitForSelector("text=have been sent");
+    const rows = lines(own.answers).map((line) => line.split(","));
+    const named = rows.map((row) => row.slice(6, 9).join(" ")).sort().join();
+    check(rows.length === 5, named);
+    check(named.includes("rating room Mix") && rows[0].slice(8, 10).sort().join() === "Mix,Sal", named);
+    check(page.errors.length === 0, page.errors.join());
+    await page.close();
+    own.stop();
+    return `${seen.length} frames, weights ${least.toFixed(2)} to ${most.toFixed(2)}, at most ${off.toFixed(2)} of 255 off`;
+  },
+
+  async "the page speaks the study's language, and one of its author's own"() {
+    const item = { ...files };
+    const parts = [
+      { method: "paired", intro: "Vier Klänge.", seconds: 0.2, no_preference: true, items: [item] },
+      { method: "rating", ...quick, items: [item] },
+      { method: "paired", ...quick, items: [rooms] },
+    ];
+    const texts = JSON.parse(readFileSync(join(root, "crates/study/page/texts.json")));
+    // A language that has nothing in common with English: every text is turned round, but for its values.
+    const turned = (text) => text.split(/(\{\w+\}|, )/).map((part) => (/^[{,]/.test(part) ? part : [...part].reverse().join("")));
+    const own = Object.fromEntries(Object.entries(texts.en).map(([name, text]) => [name, turned(text).join("")]));
+    writeFileSync(join(folder, "tlh.json"), JSON.stringify(own));
+    const said = [];
+    for (const [language, of] of [["de", texts.de], ["tlh.json", own]]) {
+      const title = "…";
+      const name = `in-${language.split(".")[0]}`;
+      const headphones = language === "de";
+      const made = { ...study, study: name, title, language, headphones, consent: undefined, welcome: "…", parts };
+      const site = await serve(made);
+      const page = await open(browser, `${site.address}?person=p1`);
+      const words = new Set();
+      const read = async () => {
+        const found = await page.evaluate(() => {
+          const labelled = [...document.querySelectorAll("[aria-label]")].map((e) => e.getAttribute("aria-label"));
+          const valued = [...document.querySelectorAll("[aria-valuetext]")].map((e) => e.getAttribute("aria-valuetext"));
+          return [document.body.innerText, ...labelled, ...valued].join("\n");
+        });
+        found.split(/[^\p{L}]+/u).forEach((word) => words.add(word));
+      };
+      check((await page.getAttribute("html", "lang")) === language.split(".")[0], "the page's language");
+      await read();
+      const press = async (name) => {
+        await page.getByRole("button", { name: of[name], exact: true }).waitFor({ timeout: 30_000 });
+        await read();
+        await click(page, of[name]);
+      };
+      await press("begin");
+      if (made.headphones) {
+        await page.waitForSelector(`text=${of["wear headphones"].slice(0, 20)}`);
+        await press("begin");
+        for (let trial = 1; trial <= 6; trial++) {
+          await page.waitForSelector(`text=${trial} von 6`);
+          await press("play");
+          await page.locator(".sounds button:nth-child(1):enabled").click();
+        }
+        await press("go on without");
+      }
+      await press("go on");
+      await press("begin");
+      await page.waitForSelector("button.answer:enabled");
+      await read();
+      await choose(page, "l");
+      await rate(page, `rating-${language}`, of.next, of.pause);
+      await read();
+      await hearAll(page, of.pause);
+      await read();
+      await photograph(page, `walk-${language}`);
+      await choose(page, "j");
+      await page.waitForSelector(`text=${of.sent}`);
+      await read();
+      // What is English in the texts and nothing else in this language.
+      const mine = new Set(Object.values(of).flatMap((text) => text.split(/[^\p{L}]+/u)));
+      const english = Object.values(texts.en).flatMap((text) => text.split(/[^\p{L}]+/u));
+      const left = [...new Set(english)].filter((word) => word.length > 1 && !mine.has(word) && words.has(word));
+      check(left.length === 0, `${language}: ${left.join(", ")}`);
+      said.push(words.size);
+      await page.close();
+      site.stop();
+    }
+    return `${said.join(" and ")} words read`;
   },
 
   async "sounds that are missing are said, and can be tried again"() {

@@ -49,7 +49,7 @@ pub(crate) use fit::{FitArgs, Hold, Per, T20};
 pub(crate) use help::described;
 pub(crate) use host::HostArgs;
 pub(crate) use import::ImportArgs;
-pub(crate) use map::{Map, MapArgs, MixMapArgs, SaliencyArgs, Strategy};
+pub(crate) use map::{CompositeArgs, Map, MapArgs, MixMapArgs, SaliencyArgs, Strategy, VisibilityArgs};
 pub(crate) use measure::MeasureArgs;
 pub(crate) use mesh::MeshArgs;
 pub(crate) use path::PathArgs;

@@ -1,10 +1,12 @@
 //! `promenade map`: what a room sounds like over its plan, the sound that falls on what a camera sees, how a mix stands out
-//! over time, and what a renderer of pictures may spend where.
+//! over time, what a renderer of pictures may spend where, and how visibly its pictures differ.
 
 mod camera;
+mod composite;
 mod exr;
 mod mix;
 mod saliency;
+mod visibility;
 
 use crate::args::{Map, MapArgs, RoomArgs};
 use crate::plot::{self, Panel, Plan};
@@ -39,8 +41,10 @@ pub(crate) fn run(args: &MapArgs) -> Result<()> {
     match (&args.what, &args.room) {
         (Some(Map::Saliency(args)), _) => saliency::run(args),
         (Some(Map::Mix(args)), _) => mix::run(args),
+        (Some(Map::Composite(args)), _) => composite::run(args),
+        (Some(Map::Visibility(args)), _) => visibility::run(args),
         (None, Some(of)) => room(args, of),
-        _ => bail!("expected a mesh of a room, `saliency` or `mix`"),
+        _ => bail!("expected a mesh of a room, `saliency`, `mix`, `composite` or `visibility`"),
     }
 }
 

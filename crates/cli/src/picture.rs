@@ -76,8 +76,14 @@ fn png(path: &Path, file: BufReader<File>) -> Result<[Plane; 3]> {
     planes(size, samples.chunks(frame.color_type.samples()).map(colour).collect())
 }
 
+/// Linear light, 0 to 1, of red, green and blue as they are shown.
+pub(crate) fn light(shown: &[Plane; 3]) -> [Plane; 3] {
+    let light = |v: f32| if v <= 0.040_45 { v / 12.92 } else { ((v + 0.055) / 1.055).powf(2.4) };
+    shown.each_ref().map(|plane| Plane { of: plane.of.iter().map(|v| light(*v)).collect(), ..*plane })
+}
+
 /// Linear light is shown as sRGB shows it (IEC 61966-2-1); what is brighter than white is white.
-fn shown(linear: f32) -> f32 {
+pub(crate) fn shown(linear: f32) -> f32 {
     let light = if linear.is_finite() { linear.clamp(0.0, 1.0) } else { 0.0 };
     if light <= 0.003_130_8 { 12.92 * light } else { 1.055 * light.powf(1.0 / 2.4) - 0.055 }
 }

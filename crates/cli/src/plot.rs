@@ -136,18 +136,23 @@ fn png_of(
         draw(&area)?;
         area.present()?;
     }
+    png([width, height], &pixels)
+}
+
+/// Red, green and blue of each pixel, row by row from above, as PNG.
+pub(crate) fn png([width, height]: [u32; 2], pixels: &[u8]) -> Result<Vec<u8>> {
     let mut file = Vec::new();
     let mut encoder = png::Encoder::new(&mut file, width, height);
     encoder.set_color(png::ColorType::Rgb);
     encoder.set_depth(png::BitDepth::Eight);
-    encoder.write_header()?.write_image_data(&pixels)?;
+    encoder.write_header()?.write_image_data(pixels)?;
     Ok(file)
 }
 
-/// A picture of numbers with a legend on its right, as PNG.
-pub(crate) fn picture_png([width, height]: [usize; 2], numbers: &[f32]) -> Result<Vec<u8>> {
+/// A picture of numbers with a legend on its right, as PNG. Its colours reach from the least number to the greatest unless told.
+pub(crate) fn picture_png([width, height]: [usize; 2], numbers: &[f32], range: Option<[f64; 2]>) -> Result<Vec<u8>> {
     let size = (u32::try_from(width)? + plan::AROUND[1], u32::try_from(height)?.max(LEAST_LEGEND));
-    png_of(size, |area| plan::picture(area, width, numbers))
+    png_of(size, |area| plan::picture(area, width, numbers, range))
 }
 
 /// An image of the usual width with a white ground.

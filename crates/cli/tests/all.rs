@@ -22,4 +22,5 @@ mod t20;
 mod trade;
 #[cfg(feature = "train")]
 mod train;
+mod visibility;
 mod web;

@@ -1,5 +1,7 @@
 // What was answered: kept in this browser, downloaded, or posted.
 
+import { text } from "./texts.js";
+
 /** Columns, as the report reads them. */
 export const HEADER = [
   "study",
@@ -68,7 +70,7 @@ export class Answers {
   }
 
   get csv() {
-    const cell = (text) => (/[",\r\n]/.test(text) ? `"${text.replaceAll('"', '""')}"` : text);
+    const cell = (words) => (/[",\r\n]/.test(words) ? `"${words.replaceAll('"', '""')}"` : words);
     return [HEADER, ...this.kept.rows].map((row) => row.map(cell).join(",")).join("\n") + "\n";
   }
 
@@ -90,9 +92,9 @@ export class Answers {
         body: JSON.stringify({ rows: rows.slice(sent) }),
       });
     } catch {
-      throw new Error("the server does not answer");
+      throw new Error(text("no server"));
     }
-    if (!answer.ok) throw new Error(`the server answers ${answer.status}: ${(await answer.text()).slice(0, 200)}`);
+    if (!answer.ok) throw new Error(`${text("server answers", answer)}: ${(await answer.text()).slice(0, 200)}`);
     this.kept.sent = all;
     this.save();
   }

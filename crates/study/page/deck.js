@@ -1,5 +1,7 @@
 // What plays the sounds of a trial, all at once, one of them heard: changes between them leave no gap.
 
+import { text } from "./texts.js";
+
 /** Time of a change, seconds. */
 const FADE_S = 0.02;
 /** Length of the anchor's low-pass, samples at each side of its middle, and its transition, hertz. */
@@ -11,7 +13,7 @@ async function bytes(file) {
   if (!kept.has(file)) {
     const asked = (async () => {
       const response = await fetch(file);
-      if (!response.ok) throw new Error(`${file}: the server answers ${response.status}`);
+      if (!response.ok) throw new Error(`${file}: ${text("server answers", response)}`);
       return response.arrayBuffer();
     })();
     asked.catch(() => kept.delete(file));
@@ -24,7 +26,7 @@ async function decoded(context, file) {
   try {
     return await context.decodeAudioData((await bytes(file)).slice(0));
   } catch (error) {
-    throw new Error(error instanceof DOMException ? `${file}: this browser finds no sound in it` : error.message);
+    throw new Error(error instanceof DOMException ? text("no sound", { file }) : error.message);
   }
 }
 
@@ -86,9 +88,20 @@ export class FileDeck extends Deck {
     return Math.min(seconds, this.buffers[index].duration * 0.9);
   }
 
+  /** Where the sounds are, seconds from their beginning; null while none is heard. */
+  get position() {
+    if (this.current === null) return null;
+    const { currentTime, outputLatency = 0 } = this.context;
+    const passed = Math.max(0, currentTime - outputLatency - this.began);
+    const [from, to] = this.stretch;
+    return this.loops ? from + (passed % (to - from)) : passed;
+  }
+
   /** Goes round between two times of all sounds, seconds. */
   goRound(from, to) {
+    const { position, context } = this;
     this.stretch = [from, to];
+    if (position !== null) this.began = context.currentTime - ((((position - from) % (to - from)) + to - from) % (to - from));
     for (const source of this.sources ?? []) [source.loopStart, source.loopEnd] = this.stretch;
   }
 
@@ -101,6 +114,7 @@ export class FileDeck extends Deck {
     } else {
       this.quiet();
       const start = this.context.currentTime + 0.02;
+      Object.assign(this, { began: start, loops: loop });
       this.gains = this.sounds.map((sound, i) => new GainNode(this.context, { gain: i === index ? sound.gain : 0 }));
       this.sources = this.buffers.map((buffer, i) => {
         const [loopStart, loopEnd] = this.stretch;
@@ -158,9 +172,7 @@ export class LiveDeck extends Deck {
     const deck = new LiveDeck(context, sounds);
     deck.engine = await Engine.create(context);
     deck.engine.addEventListener("died", async ({ detail }) => {
-      deck.dispatchEvent(
-        new CustomEvent("trouble", { detail: `The sound has stopped (${detail.text}) and begins again.` }),
-      );
+      deck.dispatchEvent(new CustomEvent("trouble", { detail: text("sound died", { why: detail.text }) }));
       await deck.engine.revive();
       if (deck.current !== null) deck.hear(deck.current);
     });

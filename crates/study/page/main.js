@@ -5,6 +5,7 @@ import * as headphones from "./headphones.js";
 import { trials } from "./order.js";
 import { button, element, paragraphs, progress, say, shortcuts, show } from "./parts.js";
 import { chance, personName } from "./random.js";
+import { take, text } from "./texts.js";
 import { run } from "./trials.js";
 
 let context = null;
@@ -14,22 +15,22 @@ async function sound() {
   context ??= new AudioContext({ latencyHint: "interactive" });
   if (context.state !== "running") await context.resume();
   context.onstatechange = () => {
-    if (context.state === "interrupted" || context.state === "suspended") say("The sound is paused.");
+    if (context.state === "interrupted" || context.state === "suspended") say(text("paused"));
   };
   return context;
 }
 
 /** Shows a page and waits for its one button. */
-function page(title, text, label, ...more) {
+function page(title, words, label, ...more) {
   return new Promise((resolve) => {
     const go = button(label, () => resolve(), { className: "go" });
-    show(title, ...paragraphs(text), ...more.map((make) => make(go)), element("div", { className: "row" }, go));
+    show(title, ...paragraphs(words), ...more.map((make) => make(go)), element("div", { className: "row" }, go));
   });
 }
 
 async function consent(study, answers) {
   if (answers.kept.consent) {
-    await page("Welcome back", "Your answers so far are kept in this browser. You go on where you stopped.", "Go on");
+    await page(text("back"), text("kept"), text("go on"));
     return;
   }
   const agree = (go) => {
@@ -39,7 +40,7 @@ async function consent(study, answers) {
     box.addEventListener("change", () => (go.disabled = !box.checked));
     return element("label", { className: "check" }, box, element("span", {}, study.consent));
   };
-  await page(study.title, study.welcome ?? "", "Begin", agree);
+  await page(study.title, study.welcome ?? "", text("begin"), agree);
   answers.kept.consent = true;
   answers.save();
 }
@@ -48,12 +49,7 @@ async function consent(study, answers) {
 async function screen(answers, random) {
   if (answers.kept.headphones) return;
   for (let round = 0; round < 3; round++) {
-    await page(
-      "Headphones",
-      "This study needs headphones. Put them on, and set a level at which speech would be comfortable. " +
-        "You will now hear three tones, six times. Say each time which one is the softest.",
-      "Begin",
-    );
+    await page(text("headphones"), text("wear headphones"), text("begin"));
     await sound();
     let right = 0;
     for (const [number, trial] of headphones.screening(random).entries()) {
@@ -65,18 +61,13 @@ async function screen(answers, random) {
       round < 2 &&
       (await new Promise((resolve) => {
         show(
-          "Headphones",
-          element(
-            "p",
-            {},
-            `You found the softest tone ${right} times of ${headphones.TRIALS}. Through loudspeakers one of the tones ` +
-              "cancels itself. Please use headphones, or turn the level up a little.",
-          ),
+          text("headphones"),
+          element("p", {}, text("through loudspeakers", { right, all: headphones.TRIALS })),
           element(
             "div",
             { className: "row" },
-            button("Try again", () => resolve(true), { className: "go" }),
-            button("Go on without", () => resolve(false)),
+            button(text("try again"), () => resolve(true), { className: "go" }),
+            button(text("go on without"), () => resolve(false)),
           ),
         );
       }));
@@ -88,8 +79,8 @@ async function screen(answers, random) {
 function softest(trial, number) {
   return new Promise((resolve) => {
     let stop = null;
-    const made = [1, 2, 3].map((n) => button(`Tone ${n}`, () => done(n - 1), { disabled: true }));
-    const replay = button("Play", () => begin(), { className: "go" });
+    const made = [1, 2, 3].map((n) => button(text("tone", { number: n }), () => done(n - 1), { disabled: true }));
+    const replay = button(text("play"), () => begin(), { className: "go" });
     const unlisten = shortcuts({ 1: made[0], 2: made[1], 3: made[2], p: replay });
     const done = (place) => {
       unlisten();
@@ -103,14 +94,14 @@ function softest(trial, number) {
         if (place !== null) return;
         made.forEach((b) => (b.disabled = false));
         made[0].focus();
-        say("Which was the softest?");
+        say(text("softest now"));
       });
     };
     show(
-      "Which tone is the softest?",
-      element("p", { className: "soft" }, `${number + 1} of ${headphones.TRIALS}. Keys: P plays, 1, 2 and 3 answer.`),
+      text("which softest"),
+      element("p", { className: "soft" }, text("softest keys", { number: number + 1, all: headphones.TRIALS })),
       element("div", { className: "row" }, replay),
-      element("div", { className: "row sounds", role: "group", "aria-label": "Answer" }, ...made),
+      element("div", { className: "row sounds", role: "group", "aria-label": text("answer") }, ...made),
     );
     replay.focus();
   });
@@ -122,7 +113,7 @@ async function attempt(trial) {
       return await run(await sound(), trial);
     } catch (error) {
       console.error(error);
-      await page("The sounds cannot be played", `${error.message}.`, "Try again");
+      await page(text("cannot play"), `${error.message}.`, text("try again"));
     }
   }
 }
@@ -131,50 +122,48 @@ async function attempt(trial) {
 function questions(asked) {
   return new Promise((resolve) => {
     progress("");
-    const fields = asked.map(({ text, choices }) => {
+    const fields = asked.map(({ text: question, choices }) => {
       const options = choices && ["", ...choices].map((choice) => element("option", { value: choice }, choice));
       const field = choices ? element("select", {}, ...options) : element("textarea", { maxlength: "1000", rows: "3" });
-      return { field, line: element("label", { className: "question" }, element("span", {}, text), field) };
+      return { field, line: element("label", { className: "question" }, element("span", {}, question), field) };
     });
     // Tables on a screen take cells that begin so for formulas.
-    const plain = (text) => text.replace(/\s+/g, " ").replace(/^[\s=+\-@]+/, "");
+    const plain = (written) => written.replace(/\s+/g, " ").replace(/^[\s=+\-@]+/, "");
     const rows = () =>
       asked.map(({ name }, i) => ({ method: "question", item: name, answer: plain(fields[i].field.value) }));
-    const go = button("Next", () => resolve(rows().filter((row) => row.answer !== "")), { className: "go" });
-    show("Some questions", ...fields.map(({ line }) => line), element("div", { className: "row" }, go));
+    const go = button(text("next"), () => resolve(rows().filter((row) => row.answer !== "")), { className: "go" });
+    show(text("questions"), ...fields.map(({ line }) => line), element("div", { className: "row" }, go));
   });
 }
 
 async function thank(study, answers) {
   progress("");
   const state = element("p", { role: "status" });
-  const again = button("Send again", () => send(), { hidden: true });
-  const code = study.code && element("p", { hidden: Boolean(study.post) }, "Your code: ", element("strong", {}, study.code));
+  const again = button(text("send again"), () => send(), { hidden: true });
+  const code = study.code && element("p", { hidden: Boolean(study.post) }, text("code"), element("strong", {}, study.code));
   const send = async () => {
     again.hidden = true;
-    state.textContent = "Sending your answers …";
+    state.textContent = text("sending");
     try {
       await answers.post();
-      state.textContent = "Your answers have been sent. You can close this page.";
+      state.textContent = text("sent");
       if (code) code.hidden = false;
     } catch (error) {
-      state.textContent =
-        `Your answers could not be sent: ${error.message}. They are kept in this browser; ` +
-        "send them again, or save them and send them by mail.";
+      state.textContent = text("not sent", { why: error.message });
       again.hidden = false;
     }
   };
   show(
-    "Thank you",
-    ...paragraphs(study.thanks ?? "You have answered everything."),
+    text("thank you"),
+    ...paragraphs(study.thanks ?? text("thanks")),
     study.post ? state : null,
     code,
     element(
       "div",
       { className: "row" },
       again,
-      button("Save my answers", () => answers.download(), { className: study.post ? "" : "go" }),
-      button("Forget me on this browser", () => {
+      button(text("save"), () => answers.download(), { className: study.post ? "" : "go" }),
+      button(text("forget"), () => {
         answers.forget();
         location.reload();
       }),
@@ -193,6 +182,8 @@ async function begin() {
     show("The study cannot be opened", element("p", {}, `study.json: ${error.message}.`));
     return;
   }
+  take(study.texts);
+  document.documentElement.lang = study.language;
   document.title = study.title;
   document.getElementById("title").textContent = study.title;
   // A study's own list of persons may give each a link with a name.
@@ -208,9 +199,9 @@ async function begin() {
   let part = null;
   for (let number = answers.kept.done; number < all.length; number++) {
     const trial = all[number];
-    progress(`${number + 1} of ${all.length}`);
+    progress(text("count", { number: number + 1, all: all.length }));
     if (trial.number !== part && trial.part.intro)
-      await page(trial.part.title ?? "Next part", trial.part.intro, "Go on");
+      await page(trial.part.title ?? text("next part"), trial.part.intro, text("go on"));
     part = trial.number;
     answers.add(number + 1, await attempt(trial));
   }

@@ -1,6 +1,7 @@
 // From a study to the trials of one person, in order.
 
 import { chance, shuffled } from "./random.js";
+import { text } from "./texts.js";
 
 /** Hidden anchors of a rating and their low-pass, hertz (ITU-R BS.1534-3). */
 const ANCHORS = { "Low anchor": 3500, "Mid anchor": 7000 };
@@ -44,7 +45,7 @@ const KINDS = {
       const of = sides(pair, random);
       return (round) => {
         const [a, b] = of(round);
-        const open = named("Reference", item.reference, "reference");
+        const open = named(text("reference"), item.reference, "reference");
         return { item, sounds: [open, named("A", a), named("B", b)].filter(Boolean) };
       };
     });
@@ -74,7 +75,7 @@ const KINDS = {
         const letters = shuffled(all, random).map((sound, i) =>
           named(String.fromCharCode(65 + i), sound, sound.role ?? "rated"),
         );
-        return { item, sounds: [named("Reference", reference, "open"), ...letters].filter(Boolean) };
+        return { item, sounds: [named(text("reference"), reference, "open"), ...letters].filter(Boolean) };
       },
     ];
   },
@@ -82,5 +83,5 @@ const KINDS = {
 
 /** A sound under the name that the listener sees. */
 function named(label, sound, role = "rated") {
-  return sound ? { label, role, name: sound.name, file: sound.file, gain: sound.gain ?? 1, cut: sound.cut } : null;
+  return sound ? { gain: 1, ...sound, label, role } : null;
 }

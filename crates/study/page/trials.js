@@ -2,15 +2,10 @@
 
 import { FileDeck, LiveDeck } from "./deck.js";
 import { button, element, say, shortcuts, show } from "./parts.js";
+import { Pictures } from "./pictures.js";
+import { text } from "./texts.js";
 import { Walker } from "./walker.js";
 
-const WORDS = ["bad", "poor", "fair", "good", "excellent"];
-/** Questions with a reference, and without one. */
-const QUESTIONS = {
-  paired: ["Which of A and B is closer to the reference?", "Which of A and B is better?"],
-  abx: ["Is X the same as A or as B?", "Is X the same as A or as B?"],
-  rating: ["How close is each sound to the reference?", "How good is each sound?"],
-};
 /** Keys of answers, beside those that walk (W A S D Q E) and those that play (digits). */
 const ANSWER_KEYS = ["j", "k", "l"];
 /** The shortest stretch that goes round, seconds. */
@@ -20,11 +15,13 @@ const CUE_S = 1.2;
 
 /** Runs a trial to its answer. */
 export async function run(context, trial) {
-  const question = trial.part.question ?? QUESTIONS[trial.method][trial.item.reference ? 0 : 1];
-  show(question, element("p", { className: "soft", role: "status" }, "Loading the sounds …"));
+  const without = trial.method === "abx" || trial.item.reference ? "" : " without";
+  const question = trial.part.question ?? text(`${trial.method} question${without}`);
+  show(question, element("p", { className: "soft", role: "status" }, text("loading")));
   const { item, sounds } = trial;
   const deck = item.dry ? await LiveDeck.open(context, sounds, item.dry) : await FileDeck.open(context, sounds);
-  const stage = new Stage(deck, trial, question);
+  const pictures = item.weights && (await Pictures.open(sounds, item.weights, deck));
+  const stage = new Stage(deck, trial, question, pictures);
   const begun = context.currentTime;
   try {
     const rows = await VIEWS[trial.method](stage);
@@ -38,8 +35,8 @@ export async function run(context, trial) {
 
 /** The sounds of a trial, their buttons, and the plan of a live one. */
 class Stage {
-  constructor(deck, trial, question) {
-    Object.assign(this, { deck, trial, question });
+  constructor(deck, trial, question, pictures) {
+    Object.assign(this, { deck, trial, question, pictures });
     this.least = trial.part.listen_s ?? 2;
     this.buttons = trial.sounds.map((sound, i) =>
       button(sound.label, () => this.select(i), { "aria-pressed": "false" }),
@@ -55,6 +52,7 @@ class Stage {
       this.walker = new Walker(trial.item.place, (position, quaternion) => deck.pose(position, quaternion));
       deck.jump(this.walker.position, this.walker.quaternion);
     }
+    this.view = (this.walker ?? pictures)?.element;
     this.timer = setInterval(() => this.mark(), 100);
   }
 
@@ -62,6 +60,7 @@ class Stage {
     clearInterval(this.timer);
     this.unlisten?.();
     this.walker?.close();
+    this.pictures?.close();
     this.deck.close();
   }
 
@@ -79,25 +78,25 @@ class Stage {
     this.buttons.forEach((b, i) => {
       b.setAttribute("aria-pressed", String(this.deck.current === i));
       const heard = this.isHeard(i);
-      if (heard && !b.classList.contains("heard")) b.setAttribute("aria-label", `${b.textContent}, heard`);
+      if (heard && !b.classList.contains("heard")) b.setAttribute("aria-label", text("heard", { label: b.textContent }));
       b.classList.toggle("heard", heard);
     });
     const all = this.buttons.every((_, i) => this.isHeard(i));
     if (all && !this.all) {
       this.all = true;
-      say("You have heard every sound and can answer now.");
+      say(text("all heard"));
     }
     this.changed?.(this.all === true);
   }
 
   get controls() {
-    const stop = button("Pause", () => this.deck.stop());
-    return element("div", { className: "row sounds", role: "group", "aria-label": "Sounds" }, ...this.buttons, stop);
+    const stop = button(text("pause"), () => this.deck.stop());
+    return element("div", { className: "row sounds", role: "group", "aria-label": text("sounds") }, ...this.buttons, stop);
   }
 
   get options() {
     if (this.walker) return null;
-    const check = (input, text) => element("label", { className: "check" }, input, text);
+    const check = (input, words) => element("label", { className: "check" }, input, words);
     const { length } = this.deck;
     const [from, to] = [0, length].map((value) =>
       element("input", { type: "range", min: "0", max: String(length), step: "0.05", value: String(value) }),
@@ -110,25 +109,20 @@ class Stage {
     return element(
       "div",
       { className: "row" },
-      check(this.loop, "Again and again"),
-      element("label", { className: "check" }, "from", from),
-      element("label", { className: "check" }, "to", to),
-      check(this.over, "From the beginning at each change"),
+      check(this.loop, text("again and again")),
+      element("label", { className: "check" }, text("from"), from),
+      element("label", { className: "check" }, text("to"), to),
+      check(this.over, text("from the beginning")),
     );
   }
 
   get hint() {
-    const hint = element(
-      "p",
-      { className: "soft" },
-      `Listen to every sound for at least ${this.least} seconds; then you can answer.`,
-    );
+    const words = [text("listen", { seconds: this.least }), text("every sound heard")];
+    const hint = element("p", { className: "soft" }, words[0]);
     const before = this.changed;
     this.changed = (all) => {
       before?.(all);
-      hint.textContent = all
-        ? "You have heard every sound."
-        : `Listen to every sound for at least ${this.least} seconds; then you can answer.`;
+      hint.textContent = words[all ? 1 : 0];
     };
     return hint;
   }
@@ -138,12 +132,12 @@ class Stage {
 function choice(stage, labels) {
   return new Promise((resolve) => {
     let chosen = null;
-    const next = button("Next", () => resolve(chosen), { className: "go", disabled: true });
+    const next = button(text("next"), () => resolve(chosen), { className: "go", disabled: true });
     const choose = (place) => {
       chosen = place;
       made.forEach((b, i) => b.setAttribute("aria-pressed", String(i === place)));
       next.disabled = false;
-      say(`${labels[place]}. You can change it, or go on.`);
+      say(text("chosen", { answer: labels[place] }));
     };
     const made = labels.map((label, i) =>
       button(label, () => choose(i), { className: "answer", disabled: true, "aria-pressed": "false" }),
@@ -153,20 +147,17 @@ function choice(stage, labels) {
     const letters = Object.fromEntries(made.map((b, i) => [ANSWER_KEYS[i], b]));
     stage.unlisten = shortcuts({ ...numbers, ...letters, enter: next });
     const hint = stage.hint;
-    const answers = element("div", { className: "row", role: "group", "aria-label": "Answer" }, ...made, next);
+    const keys = { last: stage.buttons.length, letters: Object.keys(letters).join(", ").toUpperCase() };
+    const answers = element("div", { className: "row", role: "group", "aria-label": text("answer") }, ...made, next);
     show(
       stage.question,
       stage.trouble,
-      stage.walker?.element,
+      stage.view,
       stage.controls,
       stage.options,
       hint,
       answers,
-      element(
-        "p",
-        { className: "soft" },
-        `Keys: 1 to ${stage.buttons.length} play, ${Object.keys(letters).join(", ").toUpperCase()} answer, Enter goes on.`,
-      ),
+      element("p", { className: "soft" }, text("answer keys", keys)),
     );
     stage.mark();
   });
@@ -177,24 +168,23 @@ async function sequence(stage, order, seconds) {
   const { deck, trial } = stage;
   const cue = element("div", { className: "card cue", "aria-live": "assertive" });
   const begin = new Promise((resolve) => {
-    const go = button("Begin", resolve, { className: "go" });
-    const names = order.map((label) => (label === "R" ? "the reference" : label)).join(", ");
+    const go = button(text("begin"), resolve, { className: "go" });
+    const names = order.map((label) => (label === "R" ? text("the reference") : label)).join(", ");
     show(
       stage.question,
       stage.trouble,
-      element("p", {}, `You will hear ${names}, ${seconds} seconds each.`),
-      stage.walker?.element,
+      element("p", {}, text("will hear", { names, seconds })),
+      stage.view,
       element("div", { className: "row" }, go),
     );
     go.focus();
   });
   await begin;
-  show(stage.question, stage.trouble, cue, stage.walker?.element);
+  show(stage.question, stage.trouble, cue, stage.view);
   const wait = (s) => new Promise((resolve) => setTimeout(resolve, 1000 * s));
   for (const label of order) {
-    const name = label === "R" ? "Reference" : label;
-    const index = trial.sounds.findIndex((sound) => sound.label === name);
-    cue.textContent = name;
+    const index = label === "R" ? 0 : trial.sounds.findIndex((sound) => sound.label === label);
+    cue.textContent = trial.sounds[index].label;
     await wait(CUE_S);
     deck.select(index, { over: true, loop: true });
     await wait(seconds);
@@ -212,23 +202,25 @@ const VIEWS = {
       // Everything has been heard; who wants to hear more may.
       stage.isHeard = () => true;
     }
-    const none = part.no_preference ? ["No preference"] : [];
-    const answer = [a.name, b.name, ""][await choice(stage, ["My answer: A", "My answer: B", ...none])];
+    const none = part.no_preference ? [text("no preference")] : [];
+    const labels = ["A", "B"].map((label) => text("my answer", { label }));
+    const answer = [a.name, b.name, ""][await choice(stage, [...labels, ...none])];
     return [{ a: a.name, b: b.name, answer }];
   },
 
   async abx(stage) {
     const [a, b, x] = stage.trial.sounds;
-    const answer = (await choice(stage, ["X is A", "X is B"])) === 0 ? a : b;
+    const labels = ["A", "B"].map((label) => text("X is", { label }));
+    const answer = (await choice(stage, labels)) === 0 ? a : b;
     return [{ a: a.name, b: b.name, x: x.name, answer: answer.name }];
   },
 
   rating(stage) {
     return new Promise((resolve) => {
       const { sounds, part } = stage.trial;
-      const scale = part.words ?? WORDS;
+      const scale = part.words ?? text("scale").split(", ");
       const touched = new Set();
-      const done = button("Next", () => finish(), { className: "go", disabled: true });
+      const done = button(text("next"), () => finish(), { className: "go", disabled: true });
       const rated = sounds.map((sound, i) => ({ sound, i })).filter(({ sound }) => sound.role !== "open");
       const sliders = rated.map(({ sound, i }) => {
         const out = element("output", {}, "–");
@@ -239,7 +231,7 @@ const VIEWS = {
           max: "100",
           step: "1",
           value: "50",
-          "aria-label": `Rating of ${sound.label}`,
+          "aria-label": text("rating of", { label: sound.label }),
         });
         const take = () => {
           touched.add(i);
@@ -276,12 +268,12 @@ const VIEWS = {
       show(
         stage.question,
         stage.trouble,
-        stage.walker?.element,
+        stage.view,
         element(
           "div",
-          { className: "row sounds", role: "group", "aria-label": open.length > 0 ? "Reference" : "Sound" },
+          { className: "row sounds", role: "group", "aria-label": text(open.length > 0 ? "reference" : "sound") },
           ...open,
-          button("Pause", () => stage.deck.stop()),
+          button(text("pause"), () => stage.deck.stop()),
         ),
         stage.options,
         element("div", { className: "card sounds" }, words, ...sliders.map(({ line }) => line)),
@@ -289,7 +281,7 @@ const VIEWS = {
         element(
           "p",
           { className: "soft" },
-          `Move every slider.${open.length > 0 ? " One of the sounds is the reference itself." : ""}`,
+          [text("move every slider"), ...(open.length > 0 ? [text("one is the reference")] : [])].join(" "),
         ),
         element("div", { className: "row" }, done),
       );

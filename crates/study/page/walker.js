@@ -1,18 +1,12 @@
 // A plan on which the listener walks and turns: by keys, buttons, mouse and touch.
 
+import { text } from "./texts.js";
 import { EASE_S, KEYS, TURN, WALK, keyOf } from "./walking.js";
 
 const DRAG = 0.01;
 /** A step and a turn of a button, metres and radians. */
 const STEP = 0.5;
-const BUTTONS = [
-  ["turn-left", "Turn left"],
-  ["forward", "Forward"],
-  ["back", "Back"],
-  ["left", "Step left"],
-  ["right", "Step right"],
-  ["turn-right", "Turn right"],
-];
+const BUTTONS = ["turn-left", "forward", "back", "left", "right", "turn-right"];
 
 /** Yaw of a quaternion x, y, z, w, positive to the left. */
 export const yawOf = ([x, y, z, w]) => Math.atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z));
@@ -44,22 +38,21 @@ export class Walker {
     this.canvas = document.createElement("canvas");
     Object.assign(this.canvas, { tabIndex: 0 });
     this.canvas.setAttribute("role", "application");
-    this.canvas.setAttribute("aria-label", "Plan of the place. Arrow keys walk, Q and E turn.");
+    this.canvas.setAttribute("aria-label", text("plan"));
     const pad = document.createElement("div");
     pad.className = "pad";
     pad.setAttribute("role", "group");
-    pad.setAttribute("aria-label", "Walk and turn");
-    for (const [name, label] of BUTTONS) {
+    pad.setAttribute("aria-label", text("walk and turn"));
+    for (const name of BUTTONS) {
       const button = document.createElement("button");
       button.type = "button";
-      button.textContent = label;
+      button.textContent = text(name === "back" ? "back step" : name);
       button.addEventListener("click", () => this.step(name));
       pad.append(button);
     }
     const help = document.createElement("p");
     help.className = "soft";
-    help.textContent =
-      "Walk with the arrow keys or W A S D, turn with Q and E or by dragging; click the plan to walk there.";
+    help.textContent = text("walk help");
     this.element.append(this.canvas, pad, help);
     this.press = (event) => {
       const walks = keyOf(event);
@@ -191,7 +184,7 @@ export class Walker {
       pen.beginPath();
       pen.arc(x, y, 7, 0, 7);
       pen.fill();
-      pen.fillText("sound", x, y + 22);
+      pen.fillText(text("the sound"), x, y + 22);
     }
     const [x, y] = this.onCanvas(this.position);
     pen.save();
@@ -206,6 +199,6 @@ export class Walker {
     pen.fill();
     pen.restore();
     pen.fillStyle = colour("--ink");
-    pen.fillText("you", x, y + 26);
+    pen.fillText(text("you"), x, y + 26);
   }
 }

@@ -27,6 +27,8 @@ pub struct Study {
     pub study: String,
     /// Its title on the page.
     pub title: String,
+    /// The language of the page's own words: `en`, `de`, or a file of texts beside the study; English without.
+    pub language: Option<String>,
     /// What is said first; an empty line begins a paragraph.
     pub welcome: Option<String>,
     /// What listeners agree to.
@@ -121,13 +123,35 @@ pub struct Item {
     pub name: String,
     /// A dry sound; then conditions and reference are scenes, in which the listener walks.
     pub dry: Option<PathBuf>,
+    /// A sound that is heard beside pictures; then conditions and reference are pictures.
+    pub sound: Option<PathBuf>,
     /// What the others are held against.
     pub reference: Option<PathBuf>,
     /// Where listeners begin in the scenes: x, y, z in metres, and to where they look, degrees to the left of x.
     #[serde(default)]
     pub start: Option<[f32; 4]>,
-    /// Files of sound or scenes, by condition.
-    pub conditions: BTreeMap<String, PathBuf>,
+    /// Files of sound, scenes or pictures, by condition.
+    pub conditions: BTreeMap<String, Stimulus>,
+}
+
+/// What a condition is.
+#[derive(Clone, Debug, Deserialize, Serialize)]
+#[serde(untagged)]
+pub enum Stimulus {
+    /// A file.
+    One(PathBuf),
+    /// Two pictures: the second has the weight of the sound at each moment, the first the rest.
+    Blend([PathBuf; 2]),
+}
+
+impl Stimulus {
+    /// Its files, one or two.
+    pub fn files(&self) -> &[PathBuf] {
+        match self {
+            Self::One(file) => std::slice::from_ref(file),
+            Self::Blend(files) => files,
+        }
+    }
 }
 
 impl Study {
@@ -249,14 +273,21 @@ impl Part {
         if item.start.is_some_and(|start| item.dry.is_none() || !start.iter().all(|v| v.is_finite())) {
             return Err(("a start of four numbers, beside a dry sound", format!("{:?}", item.start)));
         }
-        if let Some(dry) = &item.dry {
-            let scene = |path: &PathBuf| path.extension().is_some_and(|e| e == "promenade");
-            if let Some(other) = item.conditions.values().chain(&item.reference).find(|path| !scene(path)) {
-                return Err((
-                    "scenes (.promenade) beside the dry sound",
-                    format!("{} beside {}", other.display(), dry.display()),
-                ));
+        let of_kind = [
+            (&item.dry, "promenade", "scenes (.promenade) beside the dry sound"),
+            (&item.sound, "png", "pictures (.png) beside the sound"),
+        ];
+        for (beside, ending, expected) in of_kind.into_iter().filter_map(|(beside, e, x)| Some((beside.as_ref()?, e, x))) {
+            let mut files = item.conditions.values().flat_map(Stimulus::files).chain(&item.reference);
+            if let Some(other) = files.find(|path| path.extension().is_none_or(|e| e != ending)) {
+                return Err((expected, format!("{} beside {}", other.display(), beside.display())));
             }
+        }
+        if item.sound.is_some() && self.anchor {
+            return Err(("no anchor beside pictures: it is a sound", "one".to_owned()));
+        }
+        if item.sound.is_none() && item.conditions.values().any(|stimulus| stimulus.files().len() > 1) {
+            return Err(("a sound beside two pictures", "none".to_owned()));
         }
         let kinds = match method {
             Method::Paired => self.pairs.as_ref().map_or(count * (count - 1) / 2, Vec::len),
@@ -307,6 +338,15 @@ mod tests {
         assert!(item("conditions", json!({ "x": "x.wav" })).contains("2 to 26 conditions"));
         assert!(item("conditions", json!({ "x": "x.wav", "Low anchor": "y.wav" })).contains("other names"));
         assert!(item("dry", json!("dry.wav")).contains("scenes (.promenade)"));
+        assert!(item("sound", json!("mix.wav")).contains("pictures (.png)"));
+        let blend = json!({ "x": "x.png", "y": ["x.png", "y.png"] });
+        assert!(item("conditions", blend.clone()).contains("a sound beside two pictures"));
+        let mut shown = part.clone();
+        shown["items"][0] = json!({ "name": "hall", "sound": "mix.wav", "reference": "r.png", "conditions": blend });
+        of(&study(&shown)).unwrap();
+        shown["method"] = json!("rating");
+        shown["anchor"] = json!(true);
+        assert!(of(&study(&shown)).unwrap_err().contains("no anchor"));
         let mut bare = part.clone();
         bare["items"][0].as_object_mut().unwrap().remove("reference");
         of(&study(&bare)).unwrap();

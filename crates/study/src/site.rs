@@ -1,9 +1,10 @@
 //! A study as a folder that a web server shows.
 
-use crate::definition::{Item, Part, REFERENCE, Study};
+use crate::composite::{self, WEIGHTS_HZ};
+use crate::definition::{Item, Part, REFERENCE, Stimulus, Study};
 use crate::http::compressed;
 use crate::loudness::{Loudness, matching};
-use crate::page::FILES;
+use crate::page::{FILES, texts};
 use crate::place::{self, Place};
 use fastrand::Rng;
 use promenade_audio::wav::{self, Format};
@@ -92,6 +93,8 @@ pub fn write_site(study: &Study, file_of_study: &Path, to: &Path, engine: Option
     // A study that was changed, or whose sounds were, is another version: its answers are other answers.
     let version = self::digest(site.digest, page.to_string().as_bytes());
     page["version"] = json!(format!("v{:08x}", (version ^ (version >> 32)) as u32));
+    let (language, texts) = texts(study.language.as_deref().unwrap_or("en"), from)?;
+    (page["language"], page["texts"]) = (json!(language), json!(texts));
     write(to, STUDY_FILE, format!("{page:#}\n").as_bytes())?;
     site.made.stimuli = site.names.len();
     Ok(site.made)
@@ -124,13 +127,15 @@ impl Site<'_> {
     }
 
     fn item(&mut self, item: &Item) -> Result<Value, Fault> {
-        let (names, paths): (Vec<&str>, Vec<PathBuf>) = (item.reference.iter().map(|path| (REFERENCE, path)))
-            .chain(item.conditions.iter().map(|(name, path)| (&**name, path)))
-            .map(|(name, path)| (name, self.from.join(path)))
+        let reference = item.reference.clone().map(Stimulus::One);
+        let (names, stimuli): (Vec<&str>, Vec<Vec<PathBuf>>) = (reference.iter().map(|stimulus| (REFERENCE, stimulus)))
+            .chain(item.conditions.iter().map(|(name, stimulus)| (&**name, stimulus)))
+            .map(|(name, stimulus)| (name, stimulus.files().iter().map(|file| self.from.join(file)).collect()))
             .unzip();
+        let paths: Vec<PathBuf> = stimuli.iter().map(|files: &Vec<PathBuf>| files[0].clone()).collect();
         let mut page = json!({ "name": item.name });
-        let (files, loudness): (Vec<String>, Vec<Loudness>) = match &item.dry {
-            Some(dry) => {
+        let (files, loudness): (Vec<String>, Vec<Loudness>) = match (&item.dry, &item.sound) {
+            (Some(dry), _) => {
                 let (file, dry, rate) = self.dry(&self.from.join(dry))?;
                 let scenes = paths.iter().map(read_scene).collect::<Result<Vec<_>, _>>()?;
                 let place = place::common(item, &scenes, &paths)?;
@@ -139,7 +144,12 @@ impl Site<'_> {
                 let at = |(path, scene): (&PathBuf, &Arc<Scene>)| self.scene(path, scene, &place, &dry, rate);
                 paths.iter().zip(&scenes).map(at).collect::<Result<Vec<_>, _>>()?
             }
-            None => self.sounds(&paths)?,
+            (None, Some(sound)) => {
+                let path = self.from.join(sound);
+                page["weights"] = json!({ "hz": WEIGHTS_HZ, "of": composite::weights(&path)? });
+                vec![self.sounds(&[path])?.remove(0); paths.len()]
+            }
+            (None, None) => self.sounds(&paths)?,
         }
         .into_iter()
         .unzip();
@@ -151,6 +161,10 @@ impl Site<'_> {
         let mut all: Vec<Value> = (names.iter().zip(files).zip(gains))
             .map(|((name, file), gain)| json!({ "name": name, "file": file, "gain": gain }))
             .collect();
+        if item.sound.is_some() {
+            let pictures = self.pictures(&stimuli)?;
+            all.iter_mut().zip(pictures).for_each(|(sound, pictures)| sound["pictures"] = json!(pictures));
+        }
         page["reference"] = item.reference.as_ref().map_or(Value::Null, |_| all.remove(0));
         page["conditions"] = json!(all);
         Ok(page)
@@ -211,6 +225,23 @@ impl Site<'_> {
             found.push((file, loudness));
         }
         Ok(found)
+    }
+
+    /// Pictures that are compared with each other: they have one size.
+    fn pictures(&mut self, stimuli: &[Vec<PathBuf>]) -> Result<Vec<Vec<String>>, Fault> {
+        let mut first = None;
+        let mut picture = |path: &PathBuf| {
+            let bytes = file::read(path, MOST_SOUND).map_err(FileError::read(path))?;
+            // A PNG begins with eight bytes of its own, the head's length and name, width and height.
+            let size = bytes.get(16..24).filter(|_| bytes.starts_with(b"\x89PNG\r\n\x1a\n"));
+            let size = size.ok_or_else(|| FileError::content(path, "a picture (PNG)", "another file"))?.to_vec();
+            let expected = first.get_or_insert_with(|| size.clone());
+            if *expected != size {
+                return Err(FileError::content(path, "a picture of the size of the others of its item", "another"));
+            }
+            self.put(path, 0, &bytes, "png")
+        };
+        stimuli.iter().map(|paths| paths.iter().map(&mut picture).collect()).collect()
     }
 
     /// A dry sound: its file, its samples in one channel and their rate.

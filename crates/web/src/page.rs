@@ -62,6 +62,7 @@ pub fn media_type(name: &str) -> &'static str {
         "css" => "text/css; charset=utf-8",
         "json" => "application/json",
         "wasm" => "application/wasm",
+        "png" => "image/png",
         "wav" => "audio/wav",
         "flac" => "audio/flac",
         "mp3" => "audio/mpeg",

@@ -1,7 +1,7 @@
 //! What commands look like in use: a command, and what follows the program's name.
 
 /// Two of each command, the plainest first.
-pub(super) const EXAMPLES: [(&str, [&str; 2]); 33] = [
+pub(super) const EXAMPLES: [(&str, [&str; 2]); 35] = [
     (
         "render",
         [
@@ -75,6 +75,14 @@ pub(super) const EXAMPLES: [(&str, [&str; 2]); 33] = [
             "map mix room.obj picture.png --emitter 3,2,1.5 --sound mix.wav --camera 1,1,1.6,45,0,0 --strategy image -o maps",
         ],
     ),
+    (
+        "map composite",
+        [
+            "map composite image.png sound.png --sound mix.wav -o frames",
+            "map composite image.png sound.png --sound mix.wav --fps 60 -o frames",
+        ],
+    ),
+    ("map visibility", ["map visibility reference.png uniform.png mix.png -o visible", "map visibility uniform.png mix.png"]),
     ("fit", ["fit 6,4,2.8 measurements -o fitted.obj", "fit box measurements.sofa -o fitted.promenade --head head.sofa"]),
     (
         "capture from-responses",

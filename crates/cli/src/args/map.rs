@@ -77,6 +77,10 @@ pub(crate) enum Map {
     Saliency(SaliencyArgs),
     /// What a renderer of pictures may spend on each pixel, by what draws the eye in a picture and what is heard in it
     Mix(Box<MixMapArgs>),
+    /// Frames of two pictures, blended at each moment's weight of a sound
+    Composite(CompositeArgs),
+    /// How many people would see that pictures differ from another, pixel by pixel
+    Visibility(VisibilityArgs),
 }
 
 /// By what samples are shared out.
@@ -131,6 +135,41 @@ pub(crate) struct MixMapArgs {
     /// Folder to write to: for each strategy and picture samples per pixel as .exr, and as .png to look at
     #[arg(short, long, value_name = "FOLDER")]
     pub(crate) output: PathBuf,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct CompositeArgs {
+    /// The picture that is shown while the sound has no weight: .png, .jpg, or .exr in linear light
+    #[arg(value_name = "FIRST")]
+    pub(crate) first: PathBuf,
+    /// The picture that is shown at full weight
+    #[arg(value_name = "SECOND")]
+    pub(crate) second: PathBuf,
+    /// The sound, WAV or FLAC
+    #[arg(long, value_name = "MIX")]
+    pub(crate) sound: PathBuf,
+    /// Pictures a second
+    #[arg(long, value_name = "N", default_value_t = 25.0, value_parser = within(1.0, 240.0))]
+    pub(crate) fps: f64,
+    /// How long before it is heard a sound may raise its weight, seconds
+    #[arg(long, value_name = "S", default_value_t = 0.5, value_parser = within(0.02, 10.0))]
+    pub(crate) look_ahead: f64,
+    /// Folder to write to: 0001.png and so on
+    #[arg(short, long, value_name = "FOLDER")]
+    pub(crate) output: PathBuf,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct VisibilityArgs {
+    /// What the others are compared with: .png, .jpg, or .exr in linear light
+    #[arg(value_name = "REFERENCE")]
+    pub(crate) reference: PathBuf,
+    /// Pictures of its size
+    #[arg(value_name = "PICTURE", required = true)]
+    pub(crate) pictures: Vec<PathBuf>,
+    /// Folder for maps: by picture the share of people who see a difference at each pixel, as .png and as .exr
+    #[arg(short, long, value_name = "FOLDER")]
+    pub(crate) output: Option<PathBuf>,
 }
 
 #[derive(Debug, Args)]

@@ -36,7 +36,7 @@ pub(super) fn run(args: &MapArgs, room: &Room, source: Source, camera: &Pose) ->
         if super::ending(path) == "exr" {
             exr::write(path, view.size, vec![("distance", view.distance_m.clone()), ("level", view.level_db.clone())])?;
         } else {
-            atomic::write(path, &plot::picture_png(view.size, &view.level_db)?)?;
+            atomic::write(path, &plot::picture_png(view.size, &view.level_db, None)?)?;
         }
     }
     let mut levels: Vec<f32> = view.level_db.iter().copied().filter(|level| level.is_finite()).collect();

@@ -6,11 +6,9 @@ use crate::args::{MixMapArgs, Strategy};
 use crate::{picture, plot, report, simulate};
 use anyhow::{Context, Result, bail};
 use promenade_acoustics::Intensity;
-use promenade_baker::capture::mean;
-use promenade_baker::{FileError, atomic, resample, sound};
-use promenade_metrics::{
-    Plane, SALIENCY_RATE_HZ, SampleBudget, fused, loudness_of_pixels, picture_saliency, picture_weights, saliency,
-};
+use promenade_baker::{FileError, atomic};
+use promenade_metrics::{Plane, SampleBudget, fused, loudness_of_pixels, picture_saliency, picture_weights};
+use promenade_study::sound_saliency;
 use std::path::Path;
 
 /// Most pixels of all pictures together.
@@ -81,8 +79,7 @@ pub(super) fn run(args: &MixMapArgs) -> Result<()> {
 
 /// How much the sound weighs against each picture.
 fn weights_of_sound(args: &MixMapArgs, size: [usize; 2]) -> Result<Vec<f64>> {
-    let mix = sound::read(&args.sound)?;
-    let seconds = mix.frames() as f64 / f64::from(mix.sample_rate_hz);
+    let (trace, seconds) = sound_saliency(&args.sound)?;
     let in_sound = (seconds * args.fps).ceil().max(1.0) as usize;
     let pictures = args.pictures.len();
     if pictures > in_sound {
@@ -93,8 +90,6 @@ fn weights_of_sound(args: &MixMapArgs, size: [usize; 2]) -> Result<Vec<f64>> {
     if (frames * size[0] * size[1]) as f64 > MOST_PIXELS {
         bail!("expected at most {MOST_PIXELS:.0} pixels of all pictures together, found {frames} of {} x {}", size[0], size[1]);
     }
-    let mono = resample::signal(&[mean(&mix.channels)], mix.sample_rate_hz, SALIENCY_RATE_HZ)?;
-    let trace = saliency(&mono[0]).with_context(|| args.sound.display().to_string())?;
     Ok(picture_weights(&trace, args.look_ahead, args.fps, frames))
 }
 
@@ -123,7 +118,7 @@ fn heard(args: &MixMapArgs, size: [usize; 2]) -> Result<Plane> {
 fn write(path: &Path, size: [usize; 2], map: &Plane, samples: &[u32], weight: f64) -> Result<()> {
     let numbers: Vec<f32> = samples.iter().map(|n| *n as f32).collect();
     let weights = vec![weight as f32; numbers.len()];
-    atomic::write(&path.with_extension("png"), &plot::picture_png(size, &numbers)?)?;
+    atomic::write(&path.with_extension("png"), &plot::picture_png(size, &numbers, None)?)?;
     exr::write(
         &path.with_extension("exr"),
         size,

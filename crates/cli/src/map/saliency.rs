@@ -4,10 +4,10 @@ use super::ending;
 use crate::args::SaliencyArgs;
 use crate::{plot, report};
 use anyhow::{Context, Result, bail};
-use promenade_baker::capture::mean;
+use promenade_baker::atomic;
 use promenade_baker::file::is_standard;
-use promenade_baker::{atomic, resample, sound};
-use promenade_metrics::{SALIENCY_RATE_HZ, SALIENCY_STEP_S, SampleBudget, picture_weights, saliency};
+use promenade_metrics::{SALIENCY_STEP_S, SampleBudget, picture_weights};
+use promenade_study::sound_saliency;
 use serde_json::json;
 
 pub(super) fn run(args: &SaliencyArgs) -> Result<()> {
@@ -15,10 +15,7 @@ pub(super) fn run(args: &SaliencyArgs) -> Result<()> {
     {
         bail!("{}: expected a file ending in .json or .svg", other.display());
     }
-    let mix = sound::read(&args.mix)?;
-    let seconds = mix.frames() as f64 / f64::from(mix.sample_rate_hz);
-    let mono = resample::signal(&[mean(&mix.channels)], mix.sample_rate_hz, SALIENCY_RATE_HZ)?;
-    let trace = saliency(&mono[0]).with_context(|| args.mix.display().to_string())?;
+    let (trace, seconds) = sound_saliency(&args.mix)?;
     let weights = picture_weights(&trace, args.look_ahead, args.fps, (seconds * args.fps).ceil() as usize);
     let budget =
         SampleBudget::of_pictures(&weights, args.samples, args.least.unwrap_or(args.samples / 2)).context("--least")?;

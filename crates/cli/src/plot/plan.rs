@@ -102,12 +102,18 @@ impl Plan {
 }
 
 /// A picture of numbers as colours, row by row from above, with a legend beside it; grey where there is none.
-pub(crate) fn picture<DB: DrawingBackend>(area: &DrawingArea<DB, Shift>, width: usize, numbers: &[f32]) -> Result<()>
+pub(crate) fn picture<DB: DrawingBackend>(
+    area: &DrawingArea<DB, Shift>,
+    width: usize,
+    numbers: &[f32],
+    range: Option<[f64; 2]>,
+) -> Result<()>
 where
     DB::ErrorType: 'static,
 {
     let known = || numbers.iter().copied().filter(|n| n.is_finite()).map(f64::from);
-    let (low, high) = known().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), v| (a.min(v), b.max(v)));
+    let [low, high] =
+        range.unwrap_or_else(|| known().fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], v| [a.min(v), b.max(v)]));
     let (low, high) = if low < high { (low, high) } else { (low - 0.5, high + 0.5) };
     for (i, number) in numbers.iter().enumerate() {
         let colour = if number.is_finite() { ViridisRGB.get_color_normalized(f64::from(*number), low, high) } else { NOTHING };
