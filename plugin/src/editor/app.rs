@@ -16,14 +16,16 @@ use super::theme::{Palette, dress, set_fonts};
 use super::view::View;
 use super::views::Views;
 use super::{banner, header, mapping, side};
-use crate::history::History;
+use crate::history::Session;
 use crate::history::user_state::UserState;
 use crate::library::lister::Lister;
 use crate::parameter::cast::narrow;
 use crate::project::exchange::Choices;
+use crate::project::preferences::Preferences;
 use crate::project::settings::{EditorSettings, Theme};
 use crate::project::walk::SavedWalk;
 use crate::telemetry::Frame;
+use crate::worker::lock::lock;
 use crate::worker::{LOADER, TaskHandle};
 use egui::{CentralPanel, Event, InputState, Key, KeyboardShortcut, Margin, Modifiers, Ui};
 use nice_plug::context::gui::GuiContext;
@@ -88,8 +90,7 @@ pub(super) struct App {
     gestures: Gestures,
     selection: Selection,
     settings: EditorSettings,
-    /// The zoom that is drawn with.
-    zoom: f32,
+    preferences: Preferences,
     /// Times that a host has restored the settings.
     restores: u64,
     dressed: Option<Theme>,
@@ -104,7 +105,8 @@ pub(super) struct App {
     parts: Parts,
     /// From the first picture on.
     views: Option<Arc<Views>>,
-    history: History,
+    /// What is kept between two windows, from the first picture on.
+    session: Session,
     owed: Option<Owed>,
     owed_walk: Option<SavedWalk>,
     /// The state before the change that the user is making.
@@ -159,8 +161,8 @@ impl App {
         let scenes = Scenes::new(Lister::new(instance.repaint.clone()));
         let settings = settings.within_reason();
         Self {
-            zoom: settings.zoom,
             settings,
+            preferences: Preferences::now(),
             instance,
             geometry,
             gui: None,
@@ -185,7 +187,7 @@ impl App {
                 panels: panels(),
             },
             views: None,
-            history: History::default(),
+            session: Session::default(),
             owed: None,
             owed_walk: None,
             before: None,
@@ -209,6 +211,7 @@ impl App {
         let Instance { repaint, telemetry, loader, .. } = &self.instance;
         let rate_hz = loader.sample_rate_hz().unwrap_or(USUAL_HZ);
         self.views = Some(Arc::new(Views::new(repaint, &telemetry.sound, rate_hz)));
+        self.session = std::mem::take(&mut lock(&self.instance.session));
         telemetry.watched.set(true);
         loader.attention.watched.set(true);
         self.parts.scenes.list();
@@ -216,22 +219,19 @@ impl App {
         self.pump = pump.inspect_err(|error| nice_error!("no thread to wake the editor: {error}")).ok();
     }
 
-    /// Takes theme and zoom as they are set.
+    /// Takes theme and scale as they are set, here or in another window.
     fn dress(&mut self, egui_ctx: &egui::Context, frame: &mut nice_plug_egui::Frame) -> &'static Palette {
-        let palette = Palette::of(self.settings.theme);
-        if self.dressed != Some(self.settings.theme) {
-            self.dressed = Some(self.settings.theme);
+        let Preferences { theme, scale } = self.preferences;
+        let palette = Palette::of(theme);
+        if self.dressed != Some(theme) {
+            self.dressed = Some(theme);
             dress(egui_ctx, palette);
             frame.set_clear_color(palette.panel.into());
             egui_ctx.request_repaint();
         }
-        if egui_ctx.zoom_factor() != self.settings.zoom {
-            egui_ctx.set_zoom_factor(self.settings.zoom);
-        } else if self.zoom != self.settings.zoom {
-            self.zoom = self.settings.zoom;
-            // Otherwise the framework resizes the window by the zoom.
-            let size = egui::vec2(self.settings.width, self.settings.height);
-            egui_ctx.send_viewport_cmd(egui::ViewportCommand::InnerSize(size));
+        // The framework then asks the host for a window that is as much larger.
+        if egui_ctx.zoom_factor() != scale {
+            egui_ctx.set_zoom_factor(scale);
         }
         palette
     }
@@ -272,7 +272,7 @@ impl App {
                 ui.ctx().request_repaint_after(Duration::from_secs_f64(rest_s));
             } else if let Some(before) = self.before.take() {
                 self.gestures.forget_sent();
-                self.history.record(before, &UserState::of(params));
+                self.session.history.record(before, &UserState::of(params));
             }
         }
     }
@@ -307,6 +307,8 @@ impl NiceEguiApp for App {
         }
         let Some(views) = self.views.clone() else { return };
         self.keep_settings();
+        self.preferences = Preferences::now();
+        let preferences = self.preferences;
         let palette = self.dress(ui.ctx(), frame);
         let sounding = self.hear(&views, now_s);
         let listing = self.parts.scenes.listing();
@@ -327,8 +329,9 @@ impl NiceEguiApp for App {
             source_walks: source_walks.as_ref(),
             palette,
             settings: &mut self.settings,
+            preferences: &mut self.preferences,
             selection: &mut self.selection,
-            history: &mut self.history,
+            history: &mut self.session.history,
             owed: &mut self.owed,
             owed_walk: &mut self.owed_walk,
             gestures: &mut self.gestures,
@@ -360,17 +363,18 @@ impl NiceEguiApp for App {
         self.record_change(ui, now_s);
         self.geometry.types(ui.ctx().text_edit_focused());
         self.keep_settings();
+        if self.preferences != preferences {
+            self.preferences.set();
+            ui.ctx().request_repaint();
+        }
     }
 
     fn resized(&mut self, size: WindowSize) {
-        let zoom = f64::from(self.settings.zoom);
-        self.geometry.resized(size.physical.into(), size.scale_factor / zoom);
+        let own = f64::from(self.preferences.scale);
+        self.geometry.resized(size.physical.into(), size.scale_factor / own);
         (self.settings.width, self.settings.height) = (narrow(size.logical.width), narrow(size.logical.height));
     }
 
-    fn zoom_factor_changed(&mut self, zoom_factor: f32) {
-        self.settings.zoom = zoom_factor;
-    }
 }
 
 impl Drop for App {
@@ -378,7 +382,9 @@ impl Drop for App {
     fn drop(&mut self) {
         drop(self.pump.take());
         self.instance.telemetry.watched.set(false);
-        drop(self.views.take());
+        if self.views.take().is_some() {
+            *lock(&self.instance.session) = std::mem::take(&mut self.session);
+        }
         self.instance.loader.attention.watched.set(false);
         self.instance.loader.exchange.restoring.set(false);
         self.geometry.closed();

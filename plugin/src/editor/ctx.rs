@@ -6,7 +6,7 @@ use super::theme::Palette;
 use super::views::Views;
 use super::words::Word;
 use crate::budget::Account;
-use crate::history::History;
+use crate::history::{History, Session};
 use crate::history::user_state::UserState;
 use crate::library::drawn_room::DrawnRoom;
 use crate::library::lister::Listing;
@@ -19,6 +19,7 @@ use crate::parameter::choices::SceneChoice;
 use crate::playing::loader::Loader;
 use crate::project::params::PromenadeParams;
 use crate::project::persisted::Persisted;
+use crate::project::preferences::Preferences;
 use crate::project::settings::EditorSettings;
 use crate::project::source_walks::SourceWalks;
 use crate::project::walk::{SavedWalk, Walk};
@@ -30,7 +31,7 @@ use nice_plug::context::gui::GuiContext;
 use nice_plug::prelude::Enum;
 use promenade_core::Scene;
 use promenade_core::glam::Vec3;
-use std::sync::{Arc, Weak};
+use std::sync::{Arc, Mutex, Weak};
 
 /// The instance that an editor belongs to.
 #[derive(Clone)]
@@ -49,6 +50,8 @@ pub struct Instance {
     pub host_side: Arc<HostSide>,
     /// What it has of the budget of processor time.
     pub account: Arc<Account>,
+    /// What is kept between two windows.
+    pub session: Arc<Mutex<Session>>,
     /// There as long as the plugin is.
     pub plugin: Weak<()>,
 }
@@ -100,6 +103,8 @@ pub struct Ctx<'a> {
     pub palette: &'static Palette,
     /// How the editor is left; saved with the project.
     pub settings: &'a mut EditorSettings,
+    /// How every editor of the user looks.
+    pub preferences: &'a mut Preferences,
     /// What is chosen.
     pub selection: &'a mut Selection,
     /// Undo, redo and the A/B comparison.

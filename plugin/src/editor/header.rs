@@ -6,13 +6,14 @@ use super::theme::{Palette, faded};
 use super::widgets::{button, tab, value_button};
 use super::words::Word;
 use crate::parameter::Parameter;
-use crate::project::settings::{Theme, ZOOMS};
+use crate::project::preferences::SCALES;
+use crate::project::settings::Theme;
 use egui::{Align, CornerRadius, Frame, Layout, Margin, Popup, RichText, Sense, Stroke, Ui, vec2};
 
 /// Height, points.
 const HEIGHT: f32 = 40.0;
-/// Zooms to choose from.
-const STEPS: [f32; 8] = [ZOOMS.0, 0.9, 1.0, 1.25, 1.5, 2.0, 2.5, ZOOMS.1];
+/// Scales to choose from.
+const STEPS: [f32; 8] = [SCALES.0, 0.9, 1.0, 1.25, 1.5, 2.0, 2.5, SCALES.1];
 
 /// Shows it.
 pub(super) fn show(ui: &mut Ui, ctx: &mut Ctx<'_>) {
@@ -28,14 +29,14 @@ pub(super) fn show(ui: &mut Ui, ctx: &mut Ctx<'_>) {
                 *open = !*open;
             }
             ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
-                let (other, name) = match ctx.settings.theme {
+                let (other, name) = match ctx.preferences.theme {
                     Theme::Dark => (Theme::Light, Word::Light),
                     Theme::Light => (Theme::Dark, Word::Dark),
                 };
                 if button(ui, palette, name).clicked() {
-                    ctx.settings.theme = other;
+                    ctx.preferences.theme = other;
                 }
-                zoom(ui, ctx);
+                scale(ui, ctx);
                 ui.add_space(4.0);
                 toggle(ui, ctx, Parameter::Bypass);
                 ui.add_space(4.0);
@@ -88,16 +89,16 @@ fn state(ui: &mut Ui, ctx: &Ctx<'_>) {
 }
 
 /// How large everything is.
-fn zoom(ui: &mut Ui, ctx: &mut Ctx<'_>) {
+fn scale(ui: &mut Ui, ctx: &mut Ctx<'_>) {
     let palette = ctx.palette;
-    let percent = |zoom: f32| format!("{:.0} %", zoom * 100.0);
-    let response = value_button(ui, palette, &percent(ctx.settings.zoom), "How large everything in the window is");
+    let percent = |scale: f32| format!("{:.0} %", scale * 100.0);
+    let response = value_button(ui, palette, &percent(ctx.preferences.scale), "How large everything in the window is");
     Popup::menu(&response).show(|ui| {
         ui.set_min_width(72.0);
         for step in STEPS {
-            let on = (ctx.settings.zoom - step).abs() < 1e-3;
+            let on = (ctx.preferences.scale - step).abs() < 1e-3;
             if ui.selectable_label(on, percent(step)).clicked() {
-                *ctx.settings = ctx.settings.clone().zoomed(step);
+                ctx.preferences.scale = step;
             }
         }
     });

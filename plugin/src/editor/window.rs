@@ -3,6 +3,7 @@
 use super::app::App;
 use super::ctx::Instance;
 use super::geometry::Geometry;
+use crate::project::preferences::Preferences;
 use crate::project::settings::{EditorSettings, LEAST_SIZE};
 use crate::telemetry::host_side::Track;
 use nice_plug::context::gui::GuiContext;
@@ -54,7 +55,8 @@ impl Editor for PromenadeEditor {
         gui_context: GuiContext,
         host: Option<HostMethods>,
     ) -> Result<SpawnedEditor<Self::Handle>, Box<dyn std::error::Error>> {
-        let EditorSettings { width, height, zoom, .. } = self.settings();
+        let EditorSettings { width, height, .. } = self.settings();
+        let own = Preferences::read().scale;
         // What was noted of a window that was never shown.
         self.geometry.closed();
         let scale = fallback_scale_factor.or_else(|| self.instance.host_side.scale());
@@ -65,7 +67,7 @@ impl Editor for PromenadeEditor {
         let notifier = RepaintNotifier::new();
         let theirs = notifier.clone();
         let open = move |parent: Option<ParentWindowHandle>, scale: Option<f64>| {
-            let state = EguiEditorState::from_size(LogicalSize::new(width, height), zoom);
+            let state = EguiEditorState::from_size(LogicalSize::new(width, height), own);
             let settings = EguiNiceSettings::new()
                 .with_tile("Promenade")
                 .with_resize_hint(hint)
@@ -77,7 +79,7 @@ impl Editor for PromenadeEditor {
             let SpawnedEditor { handle, window } = editor.spawn(parent, false, scale, gui_context, host)?;
             // The window library makes the window as if the host had named no scale, and draws at that scale.
             let now = window.size();
-            let wanted = LogicalSize::new(f64::from(width * zoom), f64::from(height * zoom)).to_physical(now.scale_factor);
+            let wanted = LogicalSize::new(f64::from(width * own), f64::from(height * own)).to_physical(now.scale_factor);
             if now.physical != wanted {
                 handle.set_size(NativeSize::from_size(wanted.into(), now.scale_factor), &window)?;
             }
@@ -105,8 +107,9 @@ impl Editor for PromenadeEditor {
         match held.open {
             Some((width, height)) => NativeSize::from_size(PhysicalSize::new(width, height).into(), scale),
             None => {
-                let EditorSettings { width, height, zoom, .. } = self.settings();
-                NativeSize::from_size(LogicalSize::new(width * zoom, height * zoom).into(), scale)
+                let EditorSettings { width, height, .. } = self.settings();
+                let own = Preferences::read().scale;
+                NativeSize::from_size(LogicalSize::new(width * own, height * own).into(), scale)
             }
         }
     }

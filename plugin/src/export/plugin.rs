@@ -129,6 +129,7 @@ impl<const FURTHER: usize> Default for Promenade<FURTHER> {
                 repaint,
                 host_side,
                 account,
+                session: Arc::default(),
                 plugin: Arc::downgrade(&alive),
             },
             _alive: alive,

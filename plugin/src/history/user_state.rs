@@ -92,6 +92,12 @@ impl UserState {
         self.values[parameter.number()]
     }
 
+    /// The camera path of the project.
+    #[must_use]
+    pub fn walk(&self) -> &SavedWalk {
+        &self.walk
+    }
+
     /// The scene's slot in the library, and its file.
     #[must_use]
     pub fn scene(&self) -> (u32, &SceneKey) {

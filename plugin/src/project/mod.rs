@@ -9,6 +9,7 @@ pub mod matching;
 pub mod osc_config;
 pub mod params;
 pub mod persisted;
+pub mod preferences;
 pub mod saved_head;
 pub mod saved_headphones;
 pub mod scene_frame;
