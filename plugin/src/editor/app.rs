@@ -211,6 +211,7 @@ impl App {
         let Instance { repaint, telemetry, loader, .. } = &self.instance;
         let rate_hz = loader.sample_rate_hz().unwrap_or(USUAL_HZ);
         self.views = Some(Arc::new(Views::new(repaint, &telemetry.sound, rate_hz)));
+        self.instance.params.project.look_at();
         self.session = std::mem::take(&mut lock(&self.instance.session));
         telemetry.watched.set(true);
         loader.attention.watched.set(true);

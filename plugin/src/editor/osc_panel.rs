@@ -287,7 +287,8 @@ fn group_of(ui: &mut Ui, ctx: &mut Ctx<'_>) {
         return;
     };
     toggle(ui, ctx, Parameter::Lead);
-    let words = match (ctx.frame.leads, ctx.is_on(Parameter::Lead), group::is_led(number)) {
+    let key = ctx.params().project.group(number);
+    let words = match (ctx.frame.leads, ctx.is_on(Parameter::Lead), group::is_led(key)) {
         (true, ..) => "This instance's listener is the group's",
         (false, true, true) => "Another instance leads already; this one follows it",
         (false, false, true) => "Another instance leads; this one hears with its listener",
@@ -297,7 +298,7 @@ fn group_of(ui: &mut Ui, ctx: &mut Ctx<'_>) {
     // As many lines as the window has room for, and the others scrolled.
     egui::ScrollArea::vertical().id_salt("members").show(ui, |ui| {
         ui.horizontal_wrapped(|ui| {
-            for member in members::of_group(chosen) {
+            for member in members::of_group(key) {
                 named(ui, ctx, &member);
             }
         });

@@ -142,7 +142,12 @@ pub fn save(folder: &Path, name: &str, state: &PluginState) -> Result<Preset, Fa
     let path = folder.join(format!("{name}.{EXTENSION}"));
     let io_error = Fault::write(&path);
     std::fs::create_dir_all(folder).map_err(&io_error)?;
-    let json = serde_json::to_vec(state).map_err(|error| io_error(io::Error::other(error)))?;
+    // Those belong to the project that it was made in.
+    let mut state = serde_json::to_value(state).map_err(|error| io_error(io::Error::other(error)))?;
+    if let Some(fields) = state["fields"].as_object_mut() {
+        fields.retain(|name, _| name != "project" && name != "leader");
+    }
+    let json = serde_json::to_vec(&state).map_err(|error| io_error(io::Error::other(error)))?;
     write_whole(&path, &file::write(&json, FACTORY[0].1)).map_err(io_error)?;
     Ok(Preset { name: name.to_owned(), file: Some(path), about: About::default() })
 }

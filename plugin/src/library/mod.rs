@@ -6,6 +6,7 @@ pub mod factory;
 pub(crate) mod file;
 pub mod level;
 pub mod lister;
+pub mod outline;
 pub mod scene_key;
 pub mod slots;
 
