@@ -3,12 +3,12 @@
 use super::ctx::{Ctx, Instance, Owed, Selection};
 use super::drawer::{self, panels};
 use super::estimate::estimate;
-use super::file_row::{FileRow, HEAD};
 use super::geometry::Geometry;
 use super::gesture::Gestures;
 use super::host::{Host, landed};
 use super::meter::Meters;
 use super::panel::Panel;
+use super::presets::Presets;
 use super::pump::Pump;
 use super::scenes::Scenes;
 use super::source_path::SourcePath;
@@ -19,6 +19,7 @@ use super::{banner, header, mapping, side};
 use crate::history::Session;
 use crate::history::user_state::UserState;
 use crate::library::lister::Lister;
+use crate::library::outline::Outline;
 use crate::parameter::cast::narrow;
 use crate::project::exchange::Choices;
 use crate::project::preferences::Preferences;
@@ -33,7 +34,8 @@ use nice_plug::nice_error;
 use nice_plug_egui::NiceEguiApp;
 use nice_plug_egui::baseview::{HandlerError, WindowSize};
 use std::cell::RefCell;
-use std::sync::Arc;
+use promenade_core::Scene;
+use std::sync::{Arc, Weak};
 use std::sync::mpsc::Sender;
 use std::time::{Duration, Instant};
 
@@ -107,6 +109,8 @@ pub(super) struct App {
     views: Option<Arc<Views>>,
     /// What is kept between two windows, from the first picture on.
     session: Session,
+    /// The walls of the scene that is played.
+    outline: (Weak<Scene>, Outline),
     owed: Option<Owed>,
     owed_walk: Option<SavedWalk>,
     /// The state before the change that the user is making.
@@ -118,7 +122,7 @@ pub(super) struct App {
 /// What is shown, with what it keeps between two pictures.
 struct Parts {
     meters: Meters,
-    head: FileRow,
+    presets: Presets,
     source_path: SourcePath,
     view: View,
     scenes: Scenes,
@@ -127,12 +131,12 @@ struct Parts {
 
 impl Parts {
     fn show(&mut self, ui: &mut Ui, ctx: &mut Ctx<'_>) {
-        header::show(ui, ctx);
+        header::show(ui, ctx, &mut self.presets);
         banner::show(ui, ctx);
         if *ctx.list_is_open() {
             self.scenes.show(ui, ctx);
         }
-        side::right(ui, ctx, (&mut self.head, &mut self.source_path), &mut self.meters);
+        side::right(ui, ctx, &mut self.source_path, &mut self.meters);
         drawer::show(ui, ctx, &mut self.panels);
         let centre = egui::Frame::new().fill(ctx.palette.ground).inner_margin(Margin::ZERO);
         let attention = ctx.scene.and_then(|scene| ctx.instance.loader.attention.in_scene(scene));
@@ -180,7 +184,7 @@ impl App {
             heard_s: f64::NEG_INFINITY,
             parts: Parts {
                 meters: Meters::default(),
-                head: FileRow::new(HEAD),
+                presets: Presets::default(),
                 source_path: SourcePath::default(),
                 view: View::default(),
                 scenes,
@@ -188,6 +192,7 @@ impl App {
             },
             views: None,
             session: Session::default(),
+            outline: <(Weak<Scene>, Outline)>::default(),
             owed: None,
             owed_walk: None,
             before: None,
@@ -242,6 +247,10 @@ impl App {
         if self.instance.telemetry.fetch(&mut self.frame) {
             self.heard_s = now_s;
             views.measure_loudness();
+            if self.frame.playing {
+                let [left, right] = self.frame.input_peak;
+                self.session.waveform.add(self.frame.transport_s, left.max(right));
+            }
         } else {
             (self.frame.input_peak, self.frame.output_peak) = ([0.0; 2], [0.0; 2]);
         }
@@ -301,6 +310,9 @@ impl NiceEguiApp for App {
     }
 
     fn ui(&mut self, ui: &mut Ui, frame: &mut nice_plug_egui::Frame) {
+        if self.geometry.held().closing {
+            return ui.ctx().send_viewport_cmd(egui::ViewportCommand::Close);
+        }
         let Some(gui) = self.gui.clone().filter(|_| self.instance.plugin.strong_count() > 0) else { return };
         let now_s = self.opened.elapsed().as_secs_f64();
         if !std::mem::replace(&mut self.is_shown, true) {
@@ -316,6 +328,11 @@ impl NiceEguiApp for App {
         let loader = &self.instance.loader;
         let (scene, walk, source_walks) = (loader.scene(), loader.walk(), loader.source_walks());
         let params = Arc::clone(&self.instance.params);
+        let now = scene.as_ref().map_or_else(Weak::new, Arc::downgrade);
+        if !Weak::ptr_eq(&self.outline.0, &now) {
+            let outline = scene.as_ref().map_or_else(Outline::default, |scene| Outline::of(scene.anchors()));
+            self.outline = (now, outline);
+        }
         if !sounding {
             estimate(&mut self.frame, &params, &self.gestures, walk.as_deref());
         }
@@ -333,6 +350,9 @@ impl NiceEguiApp for App {
             preferences: &mut self.preferences,
             selection: &mut self.selection,
             history: &mut self.session.history,
+            preset: &mut self.session.preset,
+            waveform: &self.session.waveform,
+            outline: &self.outline.1,
             owed: &mut self.owed,
             owed_walk: &mut self.owed_walk,
             gestures: &mut self.gestures,

@@ -123,7 +123,7 @@ impl OscPanel {
             ui.colored_label(ctx.palette.error, error);
         }
         labelled(ui, ctx.palette, Word::Name, |ui| {
-            if let Some(name) = text(ui, &mut self.name, &config.name, "For its own addresses") {
+            if let Some(name) = text(ui, &mut self.name, &config.name, "Instance name") {
                 change(ctx, |c| c.name = name);
             }
         });
@@ -265,10 +265,10 @@ impl OscPanel {
 /// Which of the tracker's angles one of the head's is, and which way it counts.
 fn axis_of(ui: &mut Ui, ctx: &Ctx<'_>, axes: AxisMap, axis: usize) {
     let source = usize::from(axes.order[axis]).min(2);
-    let shown = format!("its {}", FULL_AXES[source]);
+    let shown = format!("Tracker {}", FULL_AXES[source]);
     ComboBox::from_id_salt(("axis", axis)).selected_text(shown).width(88.0).show_ui(ui, |ui| {
         for (number, name) in (0_u8..).zip(FULL_AXES) {
-            if ui.selectable_label(axes.order[axis] == number, format!("its {name}")).clicked() {
+            if ui.selectable_label(axes.order[axis] == number, format!("Tracker {name}")).clicked() {
                 change(ctx, |c| c.axes.order[axis] = number);
             }
         }

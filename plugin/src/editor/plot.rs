@@ -119,7 +119,7 @@ impl Plot {
 }
 
 /// Time between two marks of an axis, seconds: 1, 2 or 5 times a power of ten, at most six of them.
-fn step_s(seconds: f32) -> f32 {
+pub(super) fn step_s(seconds: f32) -> f32 {
     let least = (seconds / 6.0).max(1e-3);
     let decade = 10.0_f32.powf(least.log10().floor());
     [1.0, 2.0, 5.0, 10.0].into_iter().map(|step| step * decade).find(|step| *step >= least * 0.999).unwrap_or(10.0 * decade)

@@ -4,6 +4,7 @@ pub mod presets;
 pub mod user_state;
 
 use crate::history::user_state::UserState;
+use crate::telemetry::waveform::Waveform;
 
 /// What an instance keeps from one window to the next.
 #[derive(Debug, Default)]
@@ -12,6 +13,8 @@ pub struct Session {
     pub history: History,
     /// Name of the preset that was chosen last.
     pub preset: Option<String>,
+    /// What was heard over the time of the transport.
+    pub waveform: Waveform,
 }
 
 /// Steps that can be undone.

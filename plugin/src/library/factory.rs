@@ -50,17 +50,17 @@ pub struct Place {
 
 /// All of them. They are too large to be built in, but for [`STUDIO`].
 pub const PLACES: [Place; 11] = [
-    Place { file: "cathedral.promenade", level_cb: 0 },
-    Place { file: "club.promenade", level_cb: 0 },
-    Place { file: "concert-hall.promenade", level_cb: 0 },
-    Place { file: "corridor.promenade", level_cb: 0 },
-    Place { file: "courtyard.promenade", level_cb: 0 },
-    Place { file: "dry-studio.promenade", level_cb: 0 },
-    Place { file: "l-shaped-loft.promenade", level_cb: 0 },
-    Place { file: "living-room.promenade", level_cb: 0 },
-    Place { file: "parking-deck.promenade", level_cb: 0 },
-    Place { file: "stairwell.promenade", level_cb: 0 },
-    Place { file: "street.promenade", level_cb: 0 },
+    Place { file: "cathedral.promenade", level_cb: -121 },
+    Place { file: "club.promenade", level_cb: -92 },
+    Place { file: "concert-hall.promenade", level_cb: -115 },
+    Place { file: "corridor.promenade", level_cb: -106 },
+    Place { file: "courtyard.promenade", level_cb: -70 },
+    Place { file: "dry-studio.promenade", level_cb: -60 },
+    Place { file: "l-shaped-loft.promenade", level_cb: -72 },
+    Place { file: "living-room.promenade", level_cb: -49 },
+    Place { file: "parking-deck.promenade", level_cb: -54 },
+    Place { file: "stairwell.promenade", level_cb: -30 },
+    Place { file: "street.promenade", level_cb: -63 },
 ];
 
 /// The place of a file name.

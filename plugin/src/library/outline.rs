@@ -34,7 +34,15 @@ impl Outline {
             let is_row = last > first + 1;
             let is_edge = is_row || (SAME_M..SHORT_M).contains(&step.length());
             if is_edge {
-                edges.push([at(first), at(last)]);
+                // Walls that meet have the edge between them each.
+                let ends = [at(first), at(last)];
+                let is_same = |[a, b]: &[Vec3; 2]| {
+                    let near = |[c, d]: [Vec3; 2]| a.distance(c) < SAME_M && b.distance(d) < SAME_M;
+                    near(ends) || near([ends[1], ends[0]])
+                };
+                if !edges.iter().any(is_same) {
+                    edges.push(ends);
+                }
                 in_rows += if is_row { last - first + 1 } else { 0 };
             }
             first = if is_edge { last + 1 } else { first + 1 };

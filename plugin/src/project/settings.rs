@@ -24,6 +24,21 @@ pub enum View {
     Orbit,
 }
 
+/// What is drawn over the plan of the place.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Map {
+    /// Nothing.
+    #[default]
+    None,
+    /// Level.
+    Level,
+    /// Reverberation time.
+    T20,
+    /// Clarity.
+    C50,
+}
+
 /// What a project keeps of the editor. Fields that a newer version has added are ignored, missing ones are as at first.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
@@ -34,6 +49,8 @@ pub struct EditorSettings {
     pub height: f32,
     /// How the place is drawn.
     pub view: View,
+    /// What is drawn over its plan.
+    pub map: Map,
     /// Whether the list of scenes is open.
     pub scenes: bool,
     /// Whether the drawer under the view is open.
@@ -55,6 +72,7 @@ impl Default for EditorSettings {
             width: 1200.0,
             height: 760.0,
             view: View::default(),
+            map: Map::default(),
             scenes: true,
             drawer: true,
             matches: true,

@@ -4,6 +4,7 @@ pub mod attention;
 pub mod host_side;
 pub mod loudness;
 pub mod members;
+pub mod waveform;
 
 use crate::listener::pose_cell::PoseCell;
 use crate::listener::pose_sources::Base;
