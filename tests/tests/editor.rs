@@ -468,28 +468,64 @@ fn closing_writes_nothing_into_the_log<H: Host>() {
     assert!(log.as_ref().is_none_or(|log| !log.contains("WARN")), "{log:?}");
 }
 
+/// A file manager's scene, head, path and preset, dropped onto the view.
+fn dropped_files_are_taken<H: Host>() {
+    let presets = Path::new(env!("CARGO_MANIFEST_DIR")).join("../presets");
+    let fill = |folder: &Path| {
+        std::fs::create_dir(folder.join("My files")).unwrap();
+        std::fs::copy(presets.join("library/club.promenade"), folder.join("My files/club.promenade")).unwrap();
+    };
+    in_library(fill, |home| {
+        let screen = Screen::new(1400, 900);
+        let mut host = H::open(Setup::default());
+        open(&mut host, &screen, 1.0);
+        drawn(&mut host, &screen);
+        let field = |host: &mut H, name: &str| {
+            (0..20).for_each(|_| play(host, &noise(512)));
+            serde_json::from_str::<Value>(host.state()["fields"][name].as_str().unwrap()).unwrap()
+        };
+        let mut scene = Value::Null;
+        assert!(screen.drop_file(&home.join("My%20files/club.promenade"), 600, 300), "the scene is not taken");
+        let plays = wait_until(PATIENCE, || {
+            scene = field(&mut host, "scene");
+            scene["absolute"].as_str().is_some_and(|file| file.ends_with("My files/club.promenade"))
+        });
+        assert!(plays, "{scene}");
+        assert!(screen.drop_file(&presets.join("paths/loft.json"), 600, 300), "the path is not taken");
+        let mut walk = Value::Null;
+        let walks = wait_until(PATIENCE, || {
+            walk = field(&mut host, "walk");
+            walk["keyframes"].as_array().is_some_and(|keyframes| keyframes.len() > 10)
+        });
+        assert!(walks, "{walk}");
+    });
+}
+
 /// Scale and theme are the user's: another window that is opened brings them, and an open one asks its host for room.
 fn a_larger_scale_asks_for_a_larger_window<H: Host>() {
-    in_library(|_| (), |home| {
-        let screen = Screen::new(1900, 1200);
-        let mut host = H::open(Setup::default());
-        let size = open(&mut host, &screen, 1.0);
-        assert_eq!((size.width, size.height), (1200, 760));
-        drawn(&mut host, &screen);
-        prefer(home, "light", 1.5);
-        // Hosts ask for the size of the next window before they open it.
-        let mut other = H::open(Setup::default());
-        let next = editor(&mut other).open(screen.window(), 1.0).expect("the editor opens");
-        editor(&mut other).close().expect("the editor closes");
-        assert_eq!((next.width, next.height), (1800, 1140));
-        let mut asked = None;
-        let grows = wait_until(PATIENCE, || {
-            (0..4).for_each(|_| play(&mut host, &noise(512)));
-            asked = editor(&mut host).take_resize_request().or(asked);
-            asked.is_some_and(|asked| (asked.width, asked.height) == (1800, 1140))
-        });
-        assert!(grows, "the host is asked for {asked:?}");
-    });
+    in_library(
+        |_| (),
+        |home| {
+            let screen = Screen::new(1900, 1200);
+            let mut host = H::open(Setup::default());
+            let size = open(&mut host, &screen, 1.0);
+            assert_eq!((size.width, size.height), (1200, 760));
+            drawn(&mut host, &screen);
+            prefer(home, "light", 1.5);
+            // Hosts ask for the size of the next window before they open it.
+            let mut other = H::open(Setup::default());
+            let next = editor(&mut other).open(screen.window(), 1.0).expect("the editor opens");
+            editor(&mut other).close().expect("the editor closes");
+            assert_eq!((next.width, next.height), (1800, 1140));
+            let mut asked = None;
+            let grows = wait_until(PATIENCE, || {
+                (0..4).for_each(|_| play(&mut host, &noise(512)));
+                asked = editor(&mut host).take_resize_request().or(asked);
+                asked.is_some_and(|asked| (asked.width, asked.height) == (1800, 1140))
+            });
+            assert!(grows, "the host is asked for {asked:?}");
+        },
+    );
 }
 
 fn what_osc_sets_is_told_to_the_host<H: Host>() {
@@ -545,6 +581,7 @@ mod needs_screen {
         the_scene_that_is_clicked_is_played,
         undo_survives_the_closing_of_the_window,
         closing_writes_nothing_into_the_log,
+        dropped_files_are_taken,
         a_larger_scale_asks_for_a_larger_window,
         what_osc_sets_is_told_to_the_host,
     );
@@ -615,21 +652,32 @@ mod needs_screen {
     #[ignore = "needs a screen"]
     fn pictures_at_every_scale() {
         let screen = Screen::new(1400, 900);
-        in_library(|_| (), |home| {
-            for (plugin, further) in [("one", None), ("many", Some(15)), ("many-64", Some(63))] {
-                for (theme, scale) in [("dark", 1.0), ("dark", 1.5), ("dark", 2.0), ("light", 1.0), ("light", 1.5), ("light", 2.0)] {
-                    prefer(home, theme, scale);
-                    let open_host = |further: Option<usize>| match further {
-                        None => <promenade_tests::ClapHost as Host>::open(Setup::default()),
-                        Some(further) => <promenade_tests::ClapHost as Host>::open_many(Setup { inputs: 1, further, ..Setup::default() }),
-                    };
-                    let mut host = open_host(further);
-                    let size = open(&mut host, &screen, 1.0);
-                    assert_eq!((size.width, size.height), ((1200.0 * scale) as u32, (760.0 * scale) as u32), "{plugin} at {scale}");
-                    settled(&mut host, &screen, further).keep(&format!("{plugin}-{theme}-{scale}"));
+        in_library(
+            |_| (),
+            |home| {
+                for (plugin, further) in [("one", None), ("many", Some(15)), ("many-64", Some(63))] {
+                    for (theme, scale) in
+                        [("dark", 1.0), ("dark", 1.5), ("dark", 2.0), ("light", 1.0), ("light", 1.5), ("light", 2.0)]
+                    {
+                        prefer(home, theme, scale);
+                        let open_host = |further: Option<usize>| match further {
+                            None => <promenade_tests::ClapHost as Host>::open(Setup::default()),
+                            Some(further) => {
+                                <promenade_tests::ClapHost as Host>::open_many(Setup { inputs: 1, further, ..Setup::default() })
+                            }
+                        };
+                        let mut host = open_host(further);
+                        let size = open(&mut host, &screen, 1.0);
+                        assert_eq!(
+                            (size.width, size.height),
+                            ((1200.0 * scale) as u32, (760.0 * scale) as u32),
+                            "{plugin} at {scale}"
+                        );
+                        settled(&mut host, &screen, further).keep(&format!("{plugin}-{theme}-{scale}"));
+                    }
                 }
-            }
-        });
+            },
+        );
     }
 
     /// Three named sources in the loft, as a user has them after a minute.
@@ -650,7 +698,8 @@ mod needs_screen {
         let kept = json!({ "keyframes": walk, "speed": 1.0, "looping": true, "slot": 0 });
         let state = serde_json::from_slice(&edit_state(&state, "walk", &kept)).unwrap();
         assert!(host.load(&edit_state(&state, "editor", &json!({ "tab": "Sources" }))));
-        for (id, value) in [("ex", -2.5), ("ey", 1.4), ("ex2", -1.2), ("ey2", -1.8), ("ex3", -5.6), ("ey3", -6.5), ("x", -3.4)] {
+        for (id, value) in [("ex", -2.5), ("ey", 1.4), ("ex2", -1.2), ("ey2", -1.8), ("ex3", -5.6), ("ey3", -6.5), ("x", -3.4)]
+        {
             host.set(id, 0.5 + value / 100.0);
         }
         open(&mut host, &screen, 1.0);

@@ -2,6 +2,7 @@
 
 use super::ctx::{Ctx, Instance, Owed, Selection};
 use super::drawer::{self, panels};
+use super::dropped::{self, DropTarget};
 use super::estimate::estimate;
 use super::geometry::Geometry;
 use super::gesture::Gestures;
@@ -33,10 +34,11 @@ use nice_plug::context::gui::GuiContext;
 use nice_plug::nice_error;
 use nice_plug_egui::NiceEguiApp;
 use nice_plug_egui::baseview::{HandlerError, WindowSize};
-use std::cell::RefCell;
 use promenade_core::Scene;
-use std::sync::{Arc, Weak};
+use std::cell::RefCell;
+use std::path::Path;
 use std::sync::mpsc::Sender;
+use std::sync::{Arc, Weak};
 use std::time::{Duration, Instant};
 
 const UNDO: KeyboardShortcut = KeyboardShortcut::new(Modifiers::COMMAND, Key::Z);
@@ -102,6 +104,7 @@ pub(super) struct App {
     /// request that it makes before the window is on the screen, and the editor would stay blank.
     is_shown: bool,
     pump: Option<Pump>,
+    dropped: Option<DropTarget>,
     /// When the audio thread last sent a picture, seconds since the window was opened.
     heard_s: f64,
     parts: Parts,
@@ -130,6 +133,12 @@ struct Parts {
 }
 
 impl Parts {
+    /// Takes a file that was dropped onto the window.
+    fn take(&mut self, ctx: &mut Ctx<'_>, file: &Path) {
+        let taken = dropped::take(ctx, &mut self.scenes, &mut self.presets, file);
+        self.scenes.tell(taken.err());
+    }
+
     fn show(&mut self, ui: &mut Ui, ctx: &mut Ctx<'_>) {
         header::show(ui, ctx, &mut self.presets);
         banner::show(ui, ctx);
@@ -181,6 +190,7 @@ impl App {
             opened: Instant::now(),
             is_shown: false,
             pump: None,
+            dropped: None,
             heard_s: f64::NEG_INFINITY,
             parts: Parts {
                 meters: Meters::default(),
@@ -301,6 +311,7 @@ impl NiceEguiApp for App {
         let size = frame.baseview_window().size();
         self.geometry.resized(size.physical.into(), size.scale_factor);
         mapping::map(frame.baseview_window());
+        self.dropped = DropTarget::new(frame.baseview_window(), self.instance.repaint.clone());
         self.gui = Some(gui);
         self.task = LOADER
             .add(self.instance.loader.clone())
@@ -373,6 +384,9 @@ impl NiceEguiApp for App {
         undo_or_redo(ui, &mut ctx);
         ctx.report_remote();
         ctx.pay();
+        for file in self.dropped.as_ref().map(DropTarget::files).unwrap_or_default() {
+            self.parts.take(&mut ctx, &file);
+        }
         self.parts.show(ui, &mut ctx);
         self.instance.telemetry.shows_time.set(ctx.shows_time);
         let choices = ctx.instance.loader.choices();
@@ -395,13 +409,13 @@ impl NiceEguiApp for App {
         self.geometry.resized(size.physical.into(), size.scale_factor / own);
         (self.settings.width, self.settings.height) = (narrow(size.logical.width), narrow(size.logical.height));
     }
-
 }
 
 impl Drop for App {
     /// The window is gone: nothing is watched any more, and no gesture stays open in the host.
     fn drop(&mut self) {
         drop(self.pump.take());
+        drop(self.dropped.take());
         self.instance.telemetry.watched.set(false);
         if self.views.take().is_some() {
             *lock(&self.instance.session) = std::mem::take(&mut self.session);

@@ -6,8 +6,8 @@ use super::theme::Palette;
 use super::views::Views;
 use super::words::Word;
 use crate::budget::Account;
-use crate::history::{History, Session};
 use crate::history::user_state::UserState;
+use crate::history::{History, Session};
 use crate::library::drawn_room::DrawnRoom;
 use crate::library::lister::Listing;
 use crate::library::outline::Outline;
@@ -30,10 +30,10 @@ use crate::telemetry::waveform::Waveform;
 use crate::telemetry::{Frame, Telemetry};
 use crate::worker::TaskHandle;
 use crate::worker::repaint::Repaint;
+use egui::Color32;
 use nice_plug::context::gui::GuiContext;
 use nice_plug::prelude::Enum;
 use promenade_core::Scene;
-use egui::Color32;
 use promenade_core::glam::{Vec2, Vec3};
 use std::sync::{Arc, Mutex, Weak};
 
@@ -58,7 +58,8 @@ fn arranged(home: Vec3, listener: Vec3, around: [Vec2; 2], count: usize, is_free
     rows.sort_by(|a, b| a.distance(listener.truncate()).total_cmp(&b.distance(listener.truncate())));
     let mut taken = vec![home];
     for place in arc.chain(rows).map(|place| place.extend(home.z)).filter(|place| is_free(*place)) {
-        let is_apart = taken.iter().chain([&listener]).all(|other| other.truncate().distance(place.truncate()) >= 0.9 * CLEAR_M);
+        let is_apart =
+            taken.iter().chain([&listener]).all(|other| other.truncate().distance(place.truncate()) >= 0.9 * CLEAR_M);
         if taken.len() <= count && is_apart {
             taken.push(place);
         }

@@ -102,7 +102,12 @@ fn state(ui: &mut Ui, ctx: &Ctx<'_>) {
 fn scale(ui: &mut Ui, ctx: &mut Ctx<'_>) {
     let palette = ctx.palette;
     let percent = |scale: f32| format!("{:.0} %", scale * 100.0);
-    let response = value_button(ui, palette, &percent(ctx.preferences.scale), "Scale of every editor window of yours; the host is asked for a window that fits");
+    let response = value_button(
+        ui,
+        palette,
+        &percent(ctx.preferences.scale),
+        "Scale of every editor window of yours; the host is asked for a window that fits",
+    );
     Popup::menu(&response).show(|ui| {
         ui.set_min_width(72.0);
         for step in STEPS {

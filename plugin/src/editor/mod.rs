@@ -12,6 +12,7 @@ pub mod ctx;
 mod direct_panel;
 mod direction;
 mod drawer;
+mod dropped;
 mod estimate;
 mod file_row;
 mod geometry;

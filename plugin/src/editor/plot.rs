@@ -38,7 +38,7 @@ impl Plot {
         while db <= range_db.1 {
             let stroke = Stroke::new(1.0, if db == 0.0 { palette.line } else { palette.hairline });
             painter.hline(rect.x_range(), plot.y(db), stroke);
-            if (db / every).fract() == 0.0 {
+            if (db / every).fract() == 0.0 && db > range_db.0 {
                 let text = format!("{db:.0}").replace('-', "\u{2212}");
                 let at = pos2(rect.left() - 6.0, plot.y(db));
                 painter.text(at, Align2::RIGHT_CENTER, text, Palette::caption(), palette.soft);

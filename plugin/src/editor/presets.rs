@@ -9,7 +9,7 @@ use crate::history::user_state::UserState;
 use crate::library;
 use egui::{Popup, PopupCloseBehavior, RichText, ScrollArea, TextEdit, Ui, Vec2};
 use promenade_fault::{Fault, with_causes};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// Width of the menu and of the name in the top line, and height of the list, points.
 const MENU: f32 = 340.0;
@@ -81,6 +81,19 @@ impl Presets {
         };
     }
 
+    /// Loads a preset's file from anywhere.
+    ///
+    /// # Errors
+    /// The file is no preset.
+    pub(super) fn load_file(&mut self, ctx: &mut Ctx<'_>, file: &Path) -> Result<(), String> {
+        let preset = presets::of_file(file).ok_or_else(|| format!("{}: expected a preset of your own", file.display()))?;
+        self.load(ctx, &preset);
+        match &self.outcome {
+            Some(Err(why)) => Err(why.clone()),
+            _ => Ok(()),
+        }
+    }
+
     fn menu(&mut self, ui: &mut Ui, ctx: &mut Ctx<'_>) {
         field(ui, &mut self.search, "Search: speech, music, film, walk");
         let wanted = self.search.to_lowercase();
@@ -115,7 +128,10 @@ impl Presets {
         }
         ui.separator();
         ui.horizontal(|ui| {
-            ui.add_sized(Vec2::new(MENU - 64.0, CONTROL), TextEdit::singleline(&mut self.name).hint_text("Name of a new preset"));
+            ui.add_sized(
+                Vec2::new(MENU - 64.0, CONTROL),
+                TextEdit::singleline(&mut self.name).hint_text("Name of a new preset"),
+            );
             if button(ui, ctx.palette, Word::Save).clicked() {
                 self.save(ctx);
             }

@@ -160,7 +160,8 @@ impl RoomPanel {
                 fact(ui, palette, name, &format!("{:.2} s", t60_s(scene, hz)));
             }
         }
-        let entered = field(ui, &mut self.title, "Name of the scene").lost_focus() && ui.input(|i| i.key_pressed(egui::Key::Enter));
+        let entered =
+            field(ui, &mut self.title, "Name of the scene").lost_focus() && ui.input(|i| i.key_pressed(egui::Key::Enter));
         ui.horizontal(|ui| {
             let named = !self.title.trim().is_empty();
             let clicked = ui.add_enabled_ui(named, |ui| button(ui, palette, Word::SaveScene)).inner.clicked();

@@ -112,6 +112,23 @@ impl Scenes {
         });
     }
 
+    /// Plays a scene file from anywhere.
+    ///
+    /// # Errors
+    /// The file is no scene.
+    pub(super) fn open_file(&mut self, ctx: &mut Ctx<'_>, file: &Path) -> Result<(), String> {
+        let key = scene_file(file)?;
+        *ctx.owed = None;
+        keep_level(ctx);
+        open(ctx, key);
+        Ok(())
+    }
+
+    /// Says why a file was not taken, or nothing any more.
+    pub(super) fn tell(&mut self, why_not: Option<String>) {
+        self.why_not = why_not;
+    }
+
     fn header(&mut self, ui: &mut Ui, ctx: &mut Ctx<'_>, listing: &Listing) {
         ui.horizontal(|ui| {
             ui.label(RichText::new("Scenes").font(Palette::heading()).color(ctx.palette.text));

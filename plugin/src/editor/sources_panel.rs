@@ -65,13 +65,19 @@ impl Panel for SourcesPanel {
                 ctx.arrange();
             }
             if ctx.project_sources() != SavedSources::default() && button(ui, ctx.palette, Word::HearAll).clicked() {
-                ctx.change_sources(|all| (0..count).for_each(|source| all.change(source, |s| (s.mute, s.solo) = (false, false))));
+                ctx.change_sources(|all| {
+                    (0..count).for_each(|source| all.change(source, |s| (s.mute, s.solo) = (false, false)))
+                });
             }
-            note(ui, ctx.palette, match outside.len() {
-                0 => "A click on a line chooses the source; drag it in the view".to_owned(),
-                1 => "One source is outside of the walls".to_owned(),
-                some => format!("{some} sources are outside of the walls"),
-            });
+            note(
+                ui,
+                ctx.palette,
+                match outside.len() {
+                    0 => "A click on a line chooses the source; drag it in the view".to_owned(),
+                    1 => "One source is outside of the walls".to_owned(),
+                    some => format!("{some} sources are outside of the walls"),
+                },
+            );
         });
         let beside = crate::parameter::cast::index(ui.available_width() / LINE).max(1);
         let rows = count.div_ceil(beside);
@@ -156,7 +162,13 @@ impl SourcesPanel {
             }
             None => (String::new(), palette.soft),
         };
-        ui.painter().with_clip_rect(rect).text(pos2(left, rect.center().y), Align2::LEFT_CENTER, words, Palette::caption(), colour);
+        ui.painter().with_clip_rect(rect).text(
+            pos2(left, rect.center().y),
+            Align2::LEFT_CENTER,
+            words,
+            Palette::caption(),
+            colour,
+        );
     }
 }
 

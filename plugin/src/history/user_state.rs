@@ -57,7 +57,8 @@ impl UserState {
     #[must_use]
     pub fn from_saved(mut saved: PluginState, base: &Self) -> Self {
         // A state without a head or paths of sources is one of before there were any.
-        let [has_head, has_source_walks, has_sources] = ["head", SOURCE_WALKS_FIELD, "sources"].map(|name| saved.fields.contains_key(name));
+        let [has_head, has_source_walks, has_sources] =
+            ["head", SOURCE_WALKS_FIELD, "sources"].map(|name| saved.fields.contains_key(name));
         crate::project::state::migrate(&mut saved);
         let mut state = base.clone();
         for parameter in Parameter::EVERY.into_iter().filter(|parameter| is_for_sound(*parameter)) {

@@ -85,7 +85,8 @@ mod tests {
             let scene = Scene::from_bytes(&std::fs::read(folder.join(place.file)).unwrap()).unwrap();
             level_cb(&Arc::new(scene)).unwrap()
         };
-        let wrong: Vec<_> = PLACES.iter().map(|p| (p.file, p.level_cb, level(p))).filter(|(_, a, b)| (a - b).abs() > 1).collect();
+        let wrong: Vec<_> =
+            PLACES.iter().map(|p| (p.file, p.level_cb, level(p))).filter(|(_, a, b)| (a - b).abs() > 1).collect();
         assert!(wrong.is_empty(), "{wrong:?}");
     }
 

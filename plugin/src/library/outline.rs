@@ -101,11 +101,15 @@ mod tests {
         let scene = Scene::from_bytes(factory::LOFT.bytes).unwrap();
         let outline = Outline::of(scene.anchors());
         assert_eq!(outline.edges.len(), 18, "{:?}", outline.edges);
-        for (x, y, inside) in [(0.0, 0.0, true), (-5.0, -9.0, true), (2.0, -5.0, false), (-7.0, 0.0, false), (0.0, 2.5, false)] {
+        for (x, y, inside) in [(0.0, 0.0, true), (-5.0, -9.0, true), (2.0, -5.0, false), (-7.0, 0.0, false), (0.0, 2.5, false)]
+        {
             assert_eq!(outline.is_inside(Vec3::new(x, y, 0.0)), Some(inside), "{x}, {y}");
         }
         assert_eq!(outline.is_inside(Vec3::new(0.0, 0.0, 2.5)), Some(false), "above the ceiling");
-        assert_eq!((outline.is_clear(Vec3::new(0.0, 2.3, 0.0), 0.2), outline.is_clear(Vec3::ZERO, 0.2)), (Some(false), Some(true)));
+        assert_eq!(
+            (outline.is_clear(Vec3::new(0.0, 2.3, 0.0), 0.2), outline.is_clear(Vec3::ZERO, 0.2)),
+            (Some(false), Some(true))
+        );
     }
 
     #[test]

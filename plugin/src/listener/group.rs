@@ -105,9 +105,8 @@ impl Member {
             self.leave();
         }
         if let Some(key) = wanted.filter(|key| self.leads.is_none() && !is_led(*key)) {
-            let is_ours = |group: &&Group| {
-                group.leader.compare_exchange(NOBODY, self.id, Ordering::AcqRel, Ordering::Acquire).is_ok()
-            };
+            let is_ours =
+                |group: &&Group| group.leader.compare_exchange(NOBODY, self.id, Ordering::AcqRel, Ordering::Acquire).is_ok();
             if let Some(group) = ALL.iter().find(is_ours) {
                 group.count.store(0, Ordering::Release);
                 group.key.store(key, Ordering::Release);

@@ -68,16 +68,8 @@ macro_rules! sources {
 
 /// How far the sources of an arc about a listener 1.5 m behind the emitter are from it along x and y, metres: 11.25 degrees
 /// apart.
-const ARC: [(f32, f32); 8] = [
-    (-0.03, 0.29),
-    (-0.11, 0.57),
-    (-0.25, 0.83),
-    (-0.44, 1.06),
-    (-0.67, 1.25),
-    (-0.93, 1.39),
-    (-1.21, 1.47),
-    (-1.5, 1.5),
-];
+const ARC: [(f32, f32); 8] =
+    [(-0.03, 0.29), (-0.11, 0.57), (-0.25, 0.83), (-0.44, 1.06), (-0.67, 1.25), (-0.93, 1.39), (-1.21, 1.47), (-1.5, 1.5)];
 
 /// Where a source of this number stands along x and y at first, metres from the emitter: by turns to the left and to the right,
 /// on an arc before the listener, then in rows of eight behind. All stand within the loft that a new instance plays.

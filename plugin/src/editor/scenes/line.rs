@@ -97,11 +97,7 @@ fn tooltip(ui: &mut Ui, palette: &Palette, listed: &Listed) {
             let tiers = card.tiers.iter().map(|tier| tier.name()).collect::<Vec<_>>().join(", ");
             note(ui, palette, &card.provenance.credit);
             note(ui, palette, format!("Licence: {}", card.provenance.licence));
-            note(
-                ui,
-                palette,
-                format!("Qualities: {tiers}. {}, {} held-out measurements", size(listed.bytes), card.held_out),
-            );
+            note(ui, palette, format!("Qualities: {tiers}. {}, {} held-out measurements", size(listed.bytes), card.held_out));
             note(ui, palette, format!("Sampled at {} kHz: no treble above half of that", card.sample_rate_hz / 1e3));
         }
         Some(Err(error)) => {

@@ -107,7 +107,10 @@ mod tests {
 
     #[test]
     fn colours_go_from_dark_to_light() {
-        assert_eq!((colour(0.0), colour(1.0), colour(9.0)), (Color32::from_rgb(68, 1, 84), Color32::from_rgb(253, 231, 37), colour(1.0)));
+        assert_eq!(
+            (colour(0.0), colour(1.0), colour(9.0)),
+            (Color32::from_rgb(68, 1, 84), Color32::from_rgb(253, 231, 37), colour(1.0))
+        );
         assert_eq!(colour(0.5), Color32::from_rgb(33, 145, 140));
     }
 }
