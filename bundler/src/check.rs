@@ -2,7 +2,7 @@
 
 use crate::browser::Browser;
 use crate::bundle::{self, cargo, run};
-use crate::screen::Screen;
+use crate::screen::{Screen, has_packages};
 use crate::sections::Sections;
 use anyhow::{Context, Result, anyhow};
 use std::path::{Path, PathBuf};
@@ -82,6 +82,27 @@ fn all(sections: &mut Sections) -> Result<()> {
     let missing = missing.iter().map(|(name, _)| *name).chain(screens.is_empty().then_some("needs_screen")).collect::<Vec<_>>();
     if !missing.is_empty() {
         println!("\nnot run on this machine: {}", missing.join(", "));
+    }
+    Ok(())
+}
+
+/// Makes the pictures of the documents: on a screen without a monitor, by the tests that take them.
+pub(crate) fn pictures() -> Result<()> {
+    let screens = Screen::start_several(1)?;
+    let screen = screens.first().context("pictures need a screen without a monitor (Xvfb)")?;
+    let made = bundle::target_folder()?.join("screenshots");
+    std::fs::create_dir_all(&made).with_context(|| format!("cannot make {}", made.display()))?;
+    let mut tests = Built::new(has_packages())?.cargo("test");
+    tests.args(["--test", "editor", "--", "--ignored", "--test-threads", "1", "picture"]);
+    run(tests.env("DISPLAY", &screen.display).env("LIBGL_ALWAYS_SOFTWARE", "1").env("PROMENADE_SCREENSHOTS", &made))?;
+    let folder = Path::new("docs/pictures");
+    for entry in std::fs::read_dir(folder).with_context(|| format!("{} cannot be read", folder.display()))? {
+        let name = entry.with_context(|| format!("{} cannot be read", folder.display()))?.file_name();
+        let (from, to) = (made.join(&name), folder.join(&name));
+        if from.is_file() {
+            std::fs::copy(&from, &to).with_context(|| format!("cannot copy {} to {}", from.display(), to.display()))?;
+            println!("{}", to.display());
+        }
     }
     Ok(())
 }

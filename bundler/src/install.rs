@@ -7,6 +7,9 @@ use anyhow::{Context, Result};
 use std::fs;
 use std::path::{Path, PathBuf};
 
+/// Names and VST3 classes of the plugins that play the presets of the first.
+const OTHERS: [(&str, &[u8; 16]); 2] = [("Promenade Many", b"PromenadeSp.Many"), ("Promenade Many 64", b"PromenadeSp.Mn64")];
+
 /// Installs items in this user's folders, and prints where.
 pub(crate) fn install(items: &[Item]) -> Result<()> {
     let folders = Place::ALL.map(|place| place.folder().map(|folder| (place, folder)));
@@ -33,9 +36,32 @@ fn install_in(items: &[Item], place: Place, folder: &Path) -> Result<usize> {
         for (from, name) in files(&item.from)? {
             copy(&from, &folder.join(name))?;
         }
+        if place == Place::Presets {
+            for_others(&item.from, folder)?;
+        }
         count += 1;
     }
     Ok(count)
+}
+
+/// Writes a preset for the plugins of many sources too: a VST3 host lists those in a folder by the plugin's name that have its
+/// class in their header.
+fn for_others(preset: &Path, folder: &Path) -> Result<()> {
+    const CLASS: std::ops::Range<usize> = 8..40;
+    for (name, class) in OTHERS {
+        let there = folder.with_file_name(name).join(preset.file_name().unwrap_or_default());
+        if there.exists() && !is_factory_preset(&there) {
+            continue;
+        }
+        let mut bytes = fs::read(preset).with_context(|| format!("cannot read {}", preset.display()))?;
+        let class: String = class.iter().map(|byte| format!("{byte:02X}")).collect();
+        if let Some(place) = bytes.get_mut(CLASS) {
+            place.copy_from_slice(class.as_bytes());
+        }
+        let written = fs::create_dir_all(folder.with_file_name(name)).and_then(|()| fs::write(&there, &bytes));
+        written.with_context(|| format!("cannot write {}", there.display()))?;
+    }
+    Ok(())
 }
 
 /// Puts files and bundles into a folder, in place of what it held.
@@ -81,6 +107,21 @@ mod tests {
         assert_eq!(install_in(&items, Place::Clap, &folder).unwrap(), 0);
         assert_eq!(fs::read_to_string(folder.join("P.vst3/Contents/lib")).unwrap(), "new");
         assert!(!folder.join("P.vst3/Contents/gone").exists() && folder.join("other").exists());
+    }
+
+    #[test]
+    fn plugins_of_many_sources_have_the_presets_with_their_own_class() {
+        let kept = tempfile::tempdir().unwrap();
+        let preset = crate::root().join("presets/plugin/Club, at the bar.vstpreset");
+        let items = [Item { from: preset.clone(), to: "presets/bar".to_owned(), place: Some(Place::Presets) }];
+        install_in(&items, Place::Presets, &kept.path().join("Promenade")).unwrap();
+        let read = |plugin: &str| fs::read(kept.path().join(plugin).join("Club, at the bar.vstpreset")).unwrap();
+        let [one, many] = ["Promenade", "Promenade Many 64"].map(read);
+        let hex =
+            |text: &[u8]| text.chunks(2).map(|c| u8::from_str_radix(std::str::from_utf8(c).unwrap(), 16).unwrap()).collect();
+        let classes = [&one, &many].map(|bytes| hex(&bytes[8..40])).map(|bytes: Vec<u8>| String::from_utf8(bytes).unwrap());
+        assert_eq!(classes, ["PromenadeSpatial", "PromenadeSp.Mn64"]);
+        assert_eq!((&one[..8], &one[40..]), (&many[..8], &many[40..]));
     }
 
     #[test]

@@ -50,6 +50,8 @@ cargo xtask search [MINUTES]
     survive
 cargo xtask validators [--debug]
     runs those of the formats' validators that CLAP_VALIDATOR, VST3_VALIDATOR and PLUGINVAL name, on all plugins
+cargo xtask pictures
+    makes the pictures of the editor in docs/pictures, on a screen without a monitor
 cargo xtask test [--quick]
     checks format and lints, bundles the plugin, runs every test in Rust and in Python; with --quick the lints of the crates
     that have changed, and the tests in Rust of these and of all that stand on them";
@@ -96,6 +98,7 @@ fn run() -> Result<()> {
         "search" => search::search(&options),
         #[cfg(unix)]
         "validators" => validators::validators(&options),
+        "pictures" if options.is_empty() => check::pictures(),
         "test" if options.is_empty() => check::test(),
         "test" if options == ["--quick"] => quick::test(&root),
         "" | "help" | "--help" => {

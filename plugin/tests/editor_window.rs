@@ -66,6 +66,7 @@ mod needs_screen {
             osc: Osc::new(Arc::clone(&params), Arc::clone(&loader.exchange), Arc::default(), Arc::clone(&telemetry)),
             host_side: Arc::default(),
             account: Arc::default(),
+            session: Arc::default(),
             repaint,
             plugin: Arc::downgrade(&plugin),
         });

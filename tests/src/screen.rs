@@ -7,11 +7,13 @@ use x11rb::connection::{Connection, RequestConnection};
 use x11rb::protocol::Event;
 use x11rb::protocol::damage::{ConnectionExt as _, ReportLevel};
 use x11rb::protocol::xproto::{
-    BUTTON_PRESS_EVENT, BUTTON_RELEASE_EVENT, ConfigureWindowAux, ConnectionExt as _, CreateWindowAux, EventMask, ImageFormat,
-    KEY_PRESS_EVENT, KEY_RELEASE_EVENT, MOTION_NOTIFY_EVENT, WindowClass,
+    AtomEnum, BUTTON_PRESS_EVENT, BUTTON_RELEASE_EVENT, ClientMessageEvent, ConfigureWindowAux, ConnectionExt as _,
+    CreateWindowAux, EventMask, ImageFormat, KEY_PRESS_EVENT, KEY_RELEASE_EVENT, MOTION_NOTIFY_EVENT, PropMode,
+    SELECTION_NOTIFY_EVENT, SelectionNotifyEvent, WindowClass,
 };
 use x11rb::protocol::xtest::ConnectionExt as _;
 use x11rb::rust_connection::RustConnection;
+use x11rb::wrapper::ConnectionExt as _;
 
 /// There is one mouse: tests with windows take turns.
 static TURN: Mutex<()> = Mutex::new(());
@@ -123,6 +125,87 @@ impl Screen {
     pub fn chord(&self, codes: &[u8]) {
         codes.iter().for_each(|code| self.fake(KEY_PRESS_EVENT, *code, 0, 0));
         codes.iter().rev().for_each(|code| self.fake(KEY_RELEASE_EVENT, *code, 0, 0));
+    }
+}
+
+/// A way into X11 as far as it is needed to drop a file.
+type Dragged<T> = Result<T, Box<dyn std::error::Error>>;
+
+impl Screen {
+    /// Drops a file onto what is at a place of the window, as a file manager does (XDND): onto the deepest window there that
+    /// takes files, or the one that it names in its place. Says whether it was taken.
+    ///
+    /// # Panics
+    /// The X server does not listen.
+    #[must_use]
+    pub fn drop_file(&self, file: &std::path::Path, x: i16, y: i16) -> bool {
+        self.dragged(file, x, y).expect("the X server listens")
+    }
+
+    fn dragged(&self, file: &std::path::Path, x: i16, y: i16) -> Dragged<bool> {
+        let atom = |name: &str| Dragged::Ok(self.x11.intern_atom(false, name.as_bytes())?.reply()?.atom);
+        let [aware, proxy, selection] = [atom("XdndAware")?, atom("XdndProxy")?, atom("XdndSelection")?];
+        let (mut at, mut target) = (self.window, None);
+        loop {
+            if self.x11.get_property(false, at, aware, AtomEnum::ANY, 0, 1)?.reply()?.value_len > 0 {
+                target = Some(at);
+            }
+            let inside = self.x11.translate_coordinates(self.root, at, x, y)?.reply()?.child;
+            if inside == 0 {
+                break;
+            }
+            at = inside;
+        }
+        let Some(target) = target else { return Ok(false) };
+        let property = self.x11.get_property(false, target, proxy, AtomEnum::ANY, 0, 1)?.reply()?;
+        let to = property.value32().and_then(|mut values| values.next()).unwrap_or(target);
+        self.x11.set_selection_owner(self.window, selection, x11rb::CURRENT_TIME)?.check()?;
+        let list = atom("text/uri-list")?;
+        let tell = |name: &str, data: [u32; 5]| {
+            let message = ClientMessageEvent::new(32, target, atom(name)?, data);
+            self.x11.send_event(false, to, EventMask::NO_EVENT, message)?;
+            Dragged::Ok(self.x11.flush()?)
+        };
+        tell("XdndEnter", [self.window, 5 << 24, list, 0, 0])?;
+        let place = u32::try_from(x)? << 16 | u32::try_from(y)?;
+        tell("XdndPosition", [self.window, 0, place, 0, atom("XdndActionCopy")?])?;
+        tell("XdndDrop", [self.window, 0, 0, 0, 0])?;
+        let (status, finished) = (atom("XdndStatus")?, atom("XdndFinished")?);
+        let (mut welcome, mut taken) = (false, false);
+        wait_until(Duration::from_secs(5), || {
+            while let Ok(Some(event)) = self.x11.poll_for_event() {
+                match event {
+                    Event::ClientMessage(answer) if answer.type_ == status => welcome = answer.data.as_data32()[1] & 1 == 1,
+                    Event::ClientMessage(answer) if answer.type_ == finished => taken = answer.data.as_data32()[1] & 1 == 1,
+                    Event::SelectionRequest(asked) => {
+                        let text = format!("file://{}\r\n", file.display());
+                        let sent = SelectionNotifyEvent {
+                            response_type: SELECTION_NOTIFY_EVENT,
+                            sequence: 0,
+                            time: asked.time,
+                            requestor: asked.requestor,
+                            selection: asked.selection,
+                            target: asked.target,
+                            property: asked.property,
+                        };
+                        let given = self.x11.change_property8(
+                            PropMode::REPLACE,
+                            asked.requestor,
+                            asked.property,
+                            asked.target,
+                            text.as_bytes(),
+                        );
+                        given.expect("the X server listens");
+                        let told = self.x11.send_event(false, asked.requestor, EventMask::NO_EVENT, sent);
+                        told.expect("the X server listens");
+                        self.x11.flush().expect("the X server listens");
+                    }
+                    _ => {}
+                }
+            }
+            taken
+        });
+        Ok(welcome && taken)
     }
 }
 

@@ -22,6 +22,7 @@ mod parameters;
 mod presets;
 mod rates;
 mod recipes;
+mod room_map;
 mod scenes;
 mod sleep;
 mod source_paths;

@@ -53,6 +53,13 @@ fn drawn<H: Host>(host: &mut H, screen: &Screen) -> Picture {
     last
 }
 
+/// How the user wants editors to look, in the home that is a folder.
+fn prefer(home: &Path, theme: &str, scale: f64) {
+    let folder = home.join(".config/promenade");
+    std::fs::create_dir_all(&folder).unwrap();
+    std::fs::write(folder.join("editor.json"), json!({ "theme": theme, "scale": scale }).to_string()).unwrap();
+}
+
 /// What the host is told of a parameter, in order: `(`, values as `v`, `)`.
 fn gestures<H: Host>(host: &mut H, id: &str) -> String {
     let id = host_id(id);
@@ -408,6 +415,119 @@ fn the_scene_that_is_clicked_is_played<H: Host>() {
     });
 }
 
+/// A step that was made in one window is taken back in the next.
+fn undo_survives_the_closing_of_the_window<H: Host>() {
+    /// Keys of the X server: Control, and Z.
+    const UNDO: [u8; 2] = [37, 52];
+    let screen = Screen::new(1400, 900);
+    let input = noise(512);
+    let mut host = H::open(Setup::default());
+    open(&mut host, &screen, 1.0);
+    let (x, y) = find_listener(&mut host, &screen);
+    host.set("yaw", 0.5);
+    (0..20).for_each(|_| play(&mut host, &input));
+    let before = host.value("x");
+    screen.point(x, y);
+    screen.press(1, true);
+    for step in 1..=20_i16 {
+        screen.point(x + step, y + 3 * step);
+        play(&mut host, &input);
+    }
+    screen.press(1, false);
+    let moved = wait_until(PATIENCE, || {
+        (0..40).for_each(|_| play(&mut host, &input));
+        (host.value("x") - before).abs() > 1e-3
+    });
+    assert!(moved, "the listener has not moved");
+    editor(&mut host).close().expect("the editor closes");
+    open(&mut host, &screen, 1.0);
+    drawn(&mut host, &screen);
+    screen.point(600, 300);
+    let undone = wait_until(PATIENCE, || {
+        screen.chord(&UNDO);
+        (0..20).for_each(|_| play(&mut host, &input));
+        (host.value("x") - before).abs() < 1e-6
+    });
+    assert!(undone, "x is {}, and was {before}", host.value("x"));
+}
+
+/// A host's log is for what its user has to know.
+fn closing_writes_nothing_into_the_log<H: Host>() {
+    let log = in_library(
+        |_| (),
+        |_| {
+            let screen = Screen::new(1400, 900);
+            let mut host = H::open(Setup::default());
+            for _ in 0..3 {
+                open(&mut host, &screen, 1.0);
+                drawn(&mut host, &screen);
+                editor(&mut host).close().expect("the editor closes");
+            }
+        },
+    );
+    assert!(log.as_ref().is_none_or(|log| !log.contains("WARN")), "{log:?}");
+}
+
+/// A file manager's scene, head, path and preset, dropped onto the view.
+fn dropped_files_are_taken<H: Host>() {
+    let presets = Path::new(env!("CARGO_MANIFEST_DIR")).join("../presets");
+    let fill = |folder: &Path| {
+        std::fs::create_dir(folder.join("My files")).unwrap();
+        std::fs::copy(presets.join("library/club.promenade"), folder.join("My files/club.promenade")).unwrap();
+    };
+    in_library(fill, |home| {
+        let screen = Screen::new(1400, 900);
+        let mut host = H::open(Setup::default());
+        open(&mut host, &screen, 1.0);
+        drawn(&mut host, &screen);
+        let field = |host: &mut H, name: &str| {
+            (0..20).for_each(|_| play(host, &noise(512)));
+            serde_json::from_str::<Value>(host.state()["fields"][name].as_str().unwrap()).unwrap()
+        };
+        let mut scene = Value::Null;
+        assert!(screen.drop_file(&home.join("My%20files/club.promenade"), 600, 300), "the scene is not taken");
+        let plays = wait_until(PATIENCE, || {
+            scene = field(&mut host, "scene");
+            scene["absolute"].as_str().is_some_and(|file| file.ends_with("My files/club.promenade"))
+        });
+        assert!(plays, "{scene}");
+        assert!(screen.drop_file(&presets.join("paths/loft.json"), 600, 300), "the path is not taken");
+        let mut walk = Value::Null;
+        let walks = wait_until(PATIENCE, || {
+            walk = field(&mut host, "walk");
+            walk["keyframes"].as_array().is_some_and(|keyframes| keyframes.len() > 10)
+        });
+        assert!(walks, "{walk}");
+    });
+}
+
+/// Scale and theme are the user's: another window that is opened brings them, and an open one asks its host for room.
+fn a_larger_scale_asks_for_a_larger_window<H: Host>() {
+    in_library(
+        |_| (),
+        |home| {
+            let screen = Screen::new(1900, 1200);
+            let mut host = H::open(Setup::default());
+            let size = open(&mut host, &screen, 1.0);
+            assert_eq!((size.width, size.height), (1200, 760));
+            drawn(&mut host, &screen);
+            prefer(home, "light", 1.5);
+            // Hosts ask for the size of the next window before they open it.
+            let mut other = H::open(Setup::default());
+            let next = editor(&mut other).open(screen.window(), 1.0).expect("the editor opens");
+            editor(&mut other).close().expect("the editor closes");
+            assert_eq!((next.width, next.height), (1800, 1140));
+            let mut asked = None;
+            let grows = wait_until(PATIENCE, || {
+                (0..4).for_each(|_| play(&mut host, &noise(512)));
+                asked = editor(&mut host).take_resize_request().or(asked);
+                asked.is_some_and(|asked| (asked.width, asked.height) == (1800, 1140))
+            });
+            assert!(grows, "the host is asked for {asked:?}");
+        },
+    );
+}
+
 fn what_osc_sets_is_told_to_the_host<H: Host>() {
     let screen = Screen::new(1400, 900);
     let socket = std::net::UdpSocket::bind("127.0.0.1:0").unwrap();
@@ -459,6 +579,10 @@ mod needs_screen {
         the_window_is_resized,
         an_editor_fills_its_window_at_every_scale,
         the_scene_that_is_clicked_is_played,
+        undo_survives_the_closing_of_the_window,
+        closing_writes_nothing_into_the_log,
+        dropped_files_are_taken,
+        a_larger_scale_asks_for_a_larger_window,
         what_osc_sets_is_told_to_the_host,
     );
 
@@ -473,30 +597,34 @@ mod needs_screen {
             let loft = scenes.join("../library/l-shaped-loft.promenade");
             std::fs::copy(loft, folder.join("loft.promenade")).unwrap();
         };
-        in_library(fill, |_| {
+        in_library(fill, |home| {
             let walk: Value = serde_json::from_slice(&std::fs::read(scenes.join("../paths/walk.json")).unwrap()).unwrap();
             let kept = json!({ "keyframes": walk, "speed": 1.0, "looping": true, "slot": 0 });
             for (name, tier, settings) in [
                 ("top-dark", 2.0 / 3.0, json!({ "view": "top", "tab": "Direct sound" })),
-                ("top-light", 1.0 / 3.0, json!({ "view": "top", "theme": "light", "tab": "Direct sound" })),
+                ("top-light", 1.0 / 3.0, json!({ "view": "top", "tab": "Direct sound" })),
                 ("orbit-dark", 2.0 / 3.0, json!({ "view": "orbit", "tab": "Direct sound" })),
-                ("orbit-light", 2.0 / 3.0, json!({ "view": "orbit", "theme": "light", "tab": "Path" })),
+                ("orbit-light", 2.0 / 3.0, json!({ "view": "orbit", "tab": "Path" })),
                 ("top-simulated", 1.0 / 3.0, json!({ "tab": "Response" })),
+                ("map", 1.0 / 3.0, json!({ "tab": "Response", "map": "level" })),
+                ("map-light", 1.0 / 3.0, json!({ "tab": "Response", "map": "c50" })),
                 ("panel-response", 1.0 / 3.0, json!({ "tab": "Response" })),
                 ("panel-sound", 1.0 / 3.0, json!({ "tab": "Sound" })),
                 ("panel-path", 1.0 / 3.0, json!({ "tab": "Path" })),
                 ("panel-osc", 1.0 / 3.0, json!({ "tab": "OSC and group" })),
-                ("panel-presets", 1.0 / 3.0, json!({ "tab": "Presets" })),
+                ("panel-quality", 1.0 / 3.0, json!({ "tab": "Quality" })),
                 ("smallest", 1.0 / 3.0, json!({ "width": 720.0, "height": 480.0 })),
                 ("smallest-response", 1.0 / 3.0, json!({ "width": 720.0, "height": 480.0, "tab": "Response" })),
-                ("larger-response", 1.0 / 3.0, json!({ "width": 900.0, "height": 590.0, "zoom": 1.5, "tab": "Response" })),
+                ("larger-response", 1.0 / 3.0, json!({ "width": 900.0, "height": 590.0, "tab": "Response" })),
             ] {
+                let theme = if name.ends_with("light") { "light" } else { "dark" };
+                prefer(home, theme, if name.starts_with("larger") { 1.5 } else { 1.0 });
                 let mut host = <promenade_tests::ClapHost as Host>::open(Setup::default());
                 let state = host.state();
                 let state = serde_json::from_slice(&edit_state(&state, "editor", &settings)).unwrap();
                 assert!(host.load(&edit_state(&state, "walk", &kept)));
                 let (scene, slot) = match name {
-                    "top-simulated" => (1.0, 2.0 / 64.0),
+                    "top-simulated" | "map" | "map-light" => (1.0, 2.0 / 64.0),
                     _ if tier > 0.5 => (1.0, 1.0 / 64.0),
                     _ => (0.5, 0.0),
                 };
@@ -505,10 +633,93 @@ mod needs_screen {
                 host.set("tier", tier);
                 host.set("yaw", 0.57);
                 open(&mut host, &screen, 1.0);
-                let picture = drawn(&mut host, &screen);
+                let mut picture = drawn(&mut host, &screen);
+                if name.starts_with("map") {
+                    // What the colours mean is said once there are some.
+                    let measured = wait_until(PATIENCE, || {
+                        picture = drawn(&mut host, &screen);
+                        picture.colours(2_000) == 2_000
+                    });
+                    assert!(measured, "{name}: {} colours", picture.colours(2_000));
+                }
                 picture.keep(name);
             }
         });
+    }
+
+    /// All plugins in both themes, at three scales of the user.
+    #[test]
+    #[ignore = "needs a screen"]
+    fn pictures_at_every_scale() {
+        let screen = Screen::new(1400, 900);
+        in_library(
+            |_| (),
+            |home| {
+                for (plugin, further) in [("one", None), ("many", Some(15)), ("many-64", Some(63))] {
+                    for (theme, scale) in
+                        [("dark", 1.0), ("dark", 1.5), ("dark", 2.0), ("light", 1.0), ("light", 1.5), ("light", 2.0)]
+                    {
+                        prefer(home, theme, scale);
+                        let open_host = |further: Option<usize>| match further {
+                            None => <promenade_tests::ClapHost as Host>::open(Setup::default()),
+                            Some(further) => {
+                                <promenade_tests::ClapHost as Host>::open_many(Setup { inputs: 1, further, ..Setup::default() })
+                            }
+                        };
+                        let mut host = open_host(further);
+                        let size = open(&mut host, &screen, 1.0);
+                        assert_eq!(
+                            (size.width, size.height),
+                            ((1200.0 * scale) as u32, (760.0 * scale) as u32),
+                            "{plugin} at {scale}"
+                        );
+                        settled(&mut host, &screen, further).keep(&format!("{plugin}-{theme}-{scale}"));
+                    }
+                }
+            },
+        );
+    }
+
+    /// Three named sources in the loft, as a user has them after a minute.
+    #[test]
+    #[ignore = "needs a screen"]
+    fn picture_of_three_sources_in_the_loft() {
+        let screen = Screen::new(1400, 900);
+        let mut host = <promenade_tests::ClapHost as Host>::open_many(Setup { inputs: 1, further: 2, ..Setup::default() });
+        let sources = json!({
+            "1": { "name": "Voice", "colour": [0xE5, 0x48, 0x5D] },
+            "2": { "name": "Guitar", "colour": [0xC9, 0x9A, 0x1E] },
+            "3": { "name": "Piano", "colour": [0x3F, 0x83, 0xE0] },
+        });
+        let state = host.state();
+        let state = serde_json::from_slice(&edit_state(&state, "sources", &sources)).unwrap();
+        let paths = Path::new(env!("CARGO_MANIFEST_DIR")).join("../presets/paths/loft.json");
+        let walk: Value = serde_json::from_slice(&std::fs::read(paths).unwrap()).unwrap();
+        let kept = json!({ "keyframes": walk, "speed": 1.0, "looping": true, "slot": 0 });
+        let state = serde_json::from_slice(&edit_state(&state, "walk", &kept)).unwrap();
+        assert!(host.load(&edit_state(&state, "editor", &json!({ "tab": "Sources" }))));
+        for (id, value) in [("ex", -2.5), ("ey", 1.4), ("ex2", -1.2), ("ey2", -1.8), ("ex3", -5.6), ("ey3", -6.5), ("x", -3.4)]
+        {
+            host.set(id, 0.5 + value / 100.0);
+        }
+        open(&mut host, &screen, 1.0);
+        settled(&mut host, &screen, Some(2)).keep("loft-sources");
+    }
+
+    /// The picture once it has come to rest while a sound plays on each input.
+    fn settled(host: &mut promenade_tests::ClapHost, screen: &Screen, further: Option<usize>) -> Picture {
+        let input = noise(512);
+        let soft: Vec<f32> = input.iter().map(|x| 0.2 * x).collect();
+        let tracks = vec![&soft[..]; further.map_or(2, |further| 1 + further)];
+        let mut picture = screen.picture();
+        for _ in 0..150 {
+            host.process(&tracks);
+            host.instance().serve().expect("the plugin is served");
+            std::thread::sleep(Duration::from_millis(10));
+            picture = screen.picture();
+        }
+        assert!(picture.colours(COLOURS) == COLOURS, "the editor shows {} colours", picture.colours(COLOURS));
+        picture
     }
 
     /// The response is drawn once it is worked out, the quality's figures when they are measured, and another pose has another

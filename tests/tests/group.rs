@@ -1,9 +1,9 @@
 //! Instances of one listener group hear with the leader's listener.
 
 use promenade_tests::signal::{difference_db, noise};
-use promenade_tests::{Host, Setup, in_both_formats};
+use promenade_tests::{Host, Setup, edit_state, in_both_formats};
 
-in_both_formats!(a_follower_sounds_as_its_leader);
+in_both_formats!(a_follower_sounds_as_its_leader, projects_have_groups_of_their_own, a_follower_alone_hears_as_it_was_saved);
 
 /// Group A among Off, A, B, C and D.
 const GROUP_A: f64 = 0.25;
@@ -50,4 +50,65 @@ fn a_follower_sounds_as_its_leader<H: Host>() {
     let late = |ears: &[Vec<f32>; 2]| [ears[0][24_000..].to_vec(), ears[1][24_000..].to_vec()];
     let difference = difference_db(&late(&follower), &late(&other));
     assert!(difference < -60.0, "alone it is {difference:.1} dB off one that never had a group");
+}
+
+/// The state of an instance as another project has it.
+fn in_project(state: &serde_json::Value, project: &str) -> Vec<u8> {
+    edit_state(state, "project", &serde_json::json!(project))
+}
+
+fn projects_have_groups_of_their_own<H: Host>() {
+    let setup = Setup { block: BLOCK, ..Setup::default() };
+    let mut hosts = [H::open(setup), H::open(setup), H::open(setup)];
+    for (host, project) in hosts.iter_mut().zip(["1110", "1110", "2220"]) {
+        let state = host.state();
+        assert!(host.load(&in_project(&state, project)));
+        host.set("group", GROUP_A);
+    }
+    hosts[0].set("lead", 1.0);
+    let input = noise(48_000);
+    play(&mut hosts, 0.0, &input);
+    let [leader, follower, other] = <[_; 3]>::try_from(play(&mut hosts, 10.0, &input)).unwrap();
+    let (same, apart) = (difference_db(&leader, &follower), difference_db(&leader, &other));
+    assert!(same < -60.0, "in the project it is {same:.1} dB off its leader");
+    assert!(apart > -20.0, "an instance of another project is only {apart:.1} dB off");
+}
+
+fn a_follower_alone_hears_as_it_was_saved<H: Host>() {
+    let setup = Setup { block: BLOCK, ..Setup::default() };
+    let mut hosts = [H::open(setup), H::open(setup)];
+    for host in &mut hosts {
+        let state = host.state();
+        assert!(host.load(&in_project(&state, "3330")));
+        host.set("group", GROUP_A);
+    }
+    hosts[0].set("lead", 1.0);
+    hosts[0].set("yaw", 0.7);
+    let input = noise(24_000);
+    let heard = |hosts: &mut [H], from: f64| {
+        let mut out = [Vec::new(), Vec::new()];
+        hosts.iter_mut().for_each(|host| host.play_from(from));
+        for block in input.chunks(BLOCK) {
+            for host in &mut *hosts {
+                let ears = host.process(&[block, block]);
+                // What the last of them gives.
+                out.iter_mut().zip(ears).for_each(|(all, ear)| all.extend(ear));
+            }
+        }
+        let last = |ear: Vec<f32>| ear.chunks(BLOCK).skip(hosts.len() - 1).step_by(hosts.len()).flatten().copied().collect();
+        out.map(last)
+    };
+    heard(&mut hosts, 0.0);
+    let wanted = heard(&mut hosts, 5.0);
+    let saved = hosts[1].save();
+    drop(hosts);
+    let mut alone = [H::open(setup)];
+    let still = heard(&mut alone, 0.0);
+    assert!(alone[0].load(&saved));
+    alone[0].instance().settle().unwrap();
+    heard(&mut alone, 0.0);
+    let found = heard(&mut alone, 5.0);
+    let late = |ears: &[Vec<f32>; 2]| [ears[0][12_000..].to_vec(), ears[1][12_000..].to_vec()];
+    let (same, apart) = (difference_db(&late(&wanted), &late(&found)), difference_db(&late(&wanted), &late(&still)));
+    assert!(same < -60.0 && apart > -20.0, "alone it is {same:.1} dB off, and {apart:.1} dB without what was saved");
 }

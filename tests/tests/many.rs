@@ -4,7 +4,7 @@ use promenade_core::glam::Vec3;
 use promenade_core::{BlockParams, Further, Pose, Renderer, Scene, Spatializer};
 use promenade_host::{Lane, Point, bounce};
 use promenade_tests::signal::{difference_db, impulse, noise, peak, peak_index};
-use promenade_tests::{ClapHost, Host, Setup, host_id, in_both_formats, render};
+use promenade_tests::{ClapHost, Host, Knob, Setup, edit_state, host_id, in_both_formats, render};
 use std::sync::Arc;
 
 in_both_formats!(
@@ -19,6 +19,7 @@ in_both_formats!(
     a_project_of_one_source_opens_with_many,
     a_project_of_many_sources_opens_with_most,
     every_source_has_its_parameters,
+    muted_sources_are_silent_and_a_solo_is_heard_alone,
 );
 
 const RATE: f64 = 48_000.0;
@@ -53,7 +54,7 @@ fn engine(further: usize) -> Spatializer {
 }
 
 fn sources_sound_as_the_engine_plays_them<H: Host>() {
-    // Places of the third source along x, metres, that parameters hold exactly; the second stays at its own.
+    // Places of the third source along x, metres, that parameters hold exactly; else both stay at their own.
     let steps = [(0, 0.0_f32), (4_801, -1.5625), (9_990, 3.125), (20_000, -3.125), (20_001, 1.5625)];
     let mut host = H::open_many(setup(2));
     let x = host.instance().parameter("Source 3 Offset X").unwrap().clone();
@@ -69,7 +70,7 @@ fn sources_sound_as_the_engine_plays_them<H: Host>() {
     let mut wanted = [vec![0.0; LEN + late], vec![0.0; LEN + late]];
     let ends = steps.iter().skip(1).map(|(at, _)| *at).chain([LEN + late]);
     for ((start, x), end) in steps.into_iter().zip(ends) {
-        let further = [(&padded[1], Vec3::new(0.0, 0.5, 0.0)), (&padded[2], Vec3::new(x, -0.5, 0.0))]
+        let further = [(&padded[1], Vec3::new(-0.03, 0.29, 0.0)), (&padded[2], Vec3::new(x, -0.29, 0.0))]
             .map(|(sound, offset)| Further { input: &sound[start..end], offset });
         let [left, right] = &mut wanted;
         let ears = [&mut left[start..end], &mut right[start..end]];
@@ -149,6 +150,28 @@ fn all_inputs_arrive_and_those_without_a_track_are_silent<H: Host>() {
     assert!(heard.iter().flatten().all(|x| *x == 0.0));
 }
 
+fn muted_sources_are_silent_and_a_solo_is_heard_alone<H: Host>() {
+    let sounds = sounds(2, LEN);
+    let silence = vec![0.0; LEN];
+    let heard = |sources: serde_json::Value, tracks: &[&[f32]]| {
+        let mut host = H::open_many(setup(1));
+        let state = host.state();
+        assert!(host.load(&edit_state(&state, "sources", &sources)));
+        host.instance().settle().unwrap();
+        render(&mut host, tracks, &[512])
+    };
+    let both = [&sounds[0][..], &sounds[1]];
+    let (first, second) = ([&sounds[0][..], &silence], [&silence[..], &sounds[1]]);
+    for (sources, wanted) in [
+        (serde_json::json!({ "1": { "mute": true } }), second),
+        (serde_json::json!({ "2": { "mute": true, "name": "Choir" } }), first),
+        (serde_json::json!({ "2": { "solo": true } }), second),
+    ] {
+        let difference = difference_db(&heard(serde_json::json!({}), &wanted), &heard(sources.clone(), &both));
+        assert!(difference < -100.0, "{sources}: {difference} dB");
+    }
+}
+
 fn dry_sounds_add_up_at_the_reported_latency<H: Host>() {
     let mut host = H::open_many(setup(2));
     host.set("mix", 0.0);
@@ -223,16 +246,24 @@ fn every_source_has_its_parameters<H: Host>() {
     }
 }
 
+/// Where a source begins along an axis, metres from the first.
+fn default_of(knobs: &[Knob], source: usize, axis: &str) -> f64 {
+    let knob = knobs.iter().find(|knob| knob.name == format!("Source {source} {axis}")).unwrap();
+    knob.default.trim_end_matches(" m").parse().unwrap()
+}
+
 /// Has the parameters of so many sources, and no others.
 fn has_parameters<H: Host>(many: &mut H, sources: usize) {
     let (one, knobs) = (H::open(setup(0)).knobs(), many.knobs());
     assert_eq!(knobs[..one.len()], one, "the plugin of one source is within");
     let mut wanted = Vec::new();
     for source in 2..=sources {
-        let row = if source % 2 == 0 { 0.25 } else { -0.25 } * (source - source % 2) as f64;
+        let [x, y] = ["Offset X", "Offset Y"].map(|axis| default_of(&knobs, source, axis));
+        // The loft's walls about its source, on this side of the corner.
+        assert!((-7.6..1.4).contains(&x) && (-2.6..2.4).contains(&y), "source {source} begins outside: {x}, {y}");
         for (id, name, default) in [
-            ("ex", "Offset X", "0.000 m".to_owned()),
-            ("ey", "Offset Y", format!("{row:.3} m")),
+            ("ex", "Offset X", format!("{x:.3} m")),
+            ("ey", "Offset Y", format!("{y:.3} m")),
             ("ez", "Offset Z", "0.000 m".to_owned()),
             ("level", "Level", "0.00 dB".to_owned()),
         ] {
@@ -401,7 +432,7 @@ mod needs_screen {
         });
         assert!(ended && edits.iter().all(|edit| wanted.contains(&edit.id)), "{edits:?}");
         let [x, y] = ["ex3", "ey3"].map(|id| 100.0 * host.value(id) - 50.0);
-        assert!(x.abs() > 0.05 && (y + 0.5).abs() > 0.05, "the source is at {x}, {y}");
+        assert!((x + 0.03).abs() > 0.05 && (y + 0.29).abs() > 0.05, "the source is at {x}, {y}");
         settled(&mut host, &screen, &sound, |_| true).keep("many-dragged");
     }
 }

@@ -9,7 +9,7 @@ use serde_json::{Value, json};
 use std::fs;
 use std::path::{Path, PathBuf};
 
-in_both_formats!(a_preset_keeps_its_pose_where_the_host_had_chosen_a_scene);
+in_both_formats!(a_preset_keeps_its_pose_where_the_host_had_chosen_a_scene, a_preset_without_its_place_is_as_loud_as_the_place,);
 
 const PRESETS: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../presets");
 
@@ -179,6 +179,37 @@ fn preset(like: &[u8], state: &Value) -> Vec<u8> {
     bytes.extend(u64::try_from(HEAD).unwrap().to_le_bytes());
     bytes.extend(u64::try_from(state.len()).unwrap().to_le_bytes());
     bytes
+}
+
+/// As where only the plugin's file was copied. The dry studio is built in.
+fn a_preset_without_its_place_is_as_loud_as_the_place<H: Host>() {
+    in_library(
+        |_| (),
+        |_| {
+            let signal = noise(24_000);
+            let energy = |sound: &[f32]| sound.iter().map(|x| f64::from(*x).powi(2)).sum::<f64>();
+            for (name, level_db) in
+                [("Club, at the bar", -9.2), ("Stairwell, behind you", -3.0), ("Cathedral, in the nave", -12.1)]
+            {
+                let mut host = H::open(Setup::default());
+                let place = PresetPlace::File(Path::new(PRESETS).join("plugin").join(format!("{name}.vstpreset")));
+                host.instance().load_preset(&Preset { place, ..unnamed() }).unwrap();
+                host.instance().settle().unwrap();
+                let [left, right] = render(&mut host, &[&signal, &signal], &[512]);
+                let heard_db = 10.0 * (0.5 * (energy(&left) + energy(&right)) / energy(&signal)).log10();
+                assert!(
+                    (heard_db - level_db).abs() < 0.5,
+                    "{name} plays {heard_db:.1} dB over the dry track, {level_db} expected"
+                );
+            }
+            let mut host = H::open(Setup::default());
+            let place = PresetPlace::File(Path::new(PRESETS).join("plugin/Dry studio, beside the player.vstpreset"));
+            host.instance().load_preset(&Preset { place, ..unnamed() }).unwrap();
+            host.instance().settle().unwrap();
+            let [left, right] = render(&mut host, &[&signal, &signal], &[512]);
+            assert!(difference_db(&[left.clone(), left.clone()], &[left, right]) > -20.0, "both ears hear the dry track");
+        },
+    );
 }
 
 fn unnamed() -> Preset {

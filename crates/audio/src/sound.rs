@@ -6,8 +6,8 @@ use std::path::Path;
 
 pub use crate::samples::{SAMPLE_RATES_HZ, Sound};
 
-/// Samples of all channels that [`read`] takes into memory: 1 GiB of `f32`.
-pub const MAX_SAMPLES: u64 = 1 << 28;
+/// Samples of all channels that [`read`] takes into memory: 3.1 hours of stereo at 48 kHz, a long film; 4 GiB of `f32`.
+pub const MAX_SAMPLES: u64 = 1 << 30;
 /// Endings of names of files that are read.
 pub const ENDINGS: [&str; 5] = ["wav", "flac", "aif", "aiff", "aifc"];
 

@@ -2,5 +2,6 @@
 
 pub mod response;
 pub mod reverberation;
+pub mod room_map;
 pub mod settled;
 pub mod tier_figures;

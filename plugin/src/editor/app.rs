@@ -2,13 +2,14 @@
 
 use super::ctx::{Ctx, Instance, Owed, Selection};
 use super::drawer::{self, panels};
+use super::dropped::{self, DropTarget};
 use super::estimate::estimate;
-use super::file_row::{FileRow, HEAD};
 use super::geometry::Geometry;
 use super::gesture::Gestures;
 use super::host::{Host, landed};
 use super::meter::Meters;
 use super::panel::Panel;
+use super::presets::Presets;
 use super::pump::Pump;
 use super::scenes::Scenes;
 use super::source_path::SourcePath;
@@ -16,23 +17,28 @@ use super::theme::{Palette, dress, set_fonts};
 use super::view::View;
 use super::views::Views;
 use super::{banner, header, mapping, side};
-use crate::history::History;
+use crate::history::Session;
 use crate::history::user_state::UserState;
 use crate::library::lister::Lister;
+use crate::library::outline::Outline;
 use crate::parameter::cast::narrow;
 use crate::project::exchange::Choices;
+use crate::project::preferences::Preferences;
 use crate::project::settings::{EditorSettings, Theme};
 use crate::project::walk::SavedWalk;
 use crate::telemetry::Frame;
+use crate::worker::lock::lock;
 use crate::worker::{LOADER, TaskHandle};
 use egui::{CentralPanel, Event, InputState, Key, KeyboardShortcut, Margin, Modifiers, Ui};
 use nice_plug::context::gui::GuiContext;
 use nice_plug::nice_error;
 use nice_plug_egui::NiceEguiApp;
 use nice_plug_egui::baseview::{HandlerError, WindowSize};
+use promenade_core::Scene;
 use std::cell::RefCell;
-use std::sync::Arc;
+use std::path::Path;
 use std::sync::mpsc::Sender;
+use std::sync::{Arc, Weak};
 use std::time::{Duration, Instant};
 
 const UNDO: KeyboardShortcut = KeyboardShortcut::new(Modifiers::COMMAND, Key::Z);
@@ -88,8 +94,7 @@ pub(super) struct App {
     gestures: Gestures,
     selection: Selection,
     settings: EditorSettings,
-    /// The zoom that is drawn with.
-    zoom: f32,
+    preferences: Preferences,
     /// Times that a host has restored the settings.
     restores: u64,
     dressed: Option<Theme>,
@@ -99,12 +104,16 @@ pub(super) struct App {
     /// request that it makes before the window is on the screen, and the editor would stay blank.
     is_shown: bool,
     pump: Option<Pump>,
+    dropped: Option<DropTarget>,
     /// When the audio thread last sent a picture, seconds since the window was opened.
     heard_s: f64,
     parts: Parts,
     /// From the first picture on.
     views: Option<Arc<Views>>,
-    history: History,
+    /// What is kept between two windows, from the first picture on.
+    session: Session,
+    /// The walls of the scene that is played.
+    outline: (Weak<Scene>, Outline),
     owed: Option<Owed>,
     owed_walk: Option<SavedWalk>,
     /// The state before the change that the user is making.
@@ -116,7 +125,7 @@ pub(super) struct App {
 /// What is shown, with what it keeps between two pictures.
 struct Parts {
     meters: Meters,
-    head: FileRow,
+    presets: Presets,
     source_path: SourcePath,
     view: View,
     scenes: Scenes,
@@ -124,13 +133,19 @@ struct Parts {
 }
 
 impl Parts {
+    /// Takes a file that was dropped onto the window.
+    fn take(&mut self, ctx: &mut Ctx<'_>, file: &Path) {
+        let taken = dropped::take(ctx, &mut self.scenes, &mut self.presets, file);
+        self.scenes.tell(taken.err());
+    }
+
     fn show(&mut self, ui: &mut Ui, ctx: &mut Ctx<'_>) {
-        header::show(ui, ctx);
+        header::show(ui, ctx, &mut self.presets);
         banner::show(ui, ctx);
         if *ctx.list_is_open() {
             self.scenes.show(ui, ctx);
         }
-        side::right(ui, ctx, (&mut self.head, &mut self.source_path), &mut self.meters);
+        side::right(ui, ctx, &mut self.source_path, &mut self.meters);
         drawer::show(ui, ctx, &mut self.panels);
         let centre = egui::Frame::new().fill(ctx.palette.ground).inner_margin(Margin::ZERO);
         let attention = ctx.scene.and_then(|scene| ctx.instance.loader.attention.in_scene(scene));
@@ -159,8 +174,8 @@ impl App {
         let scenes = Scenes::new(Lister::new(instance.repaint.clone()));
         let settings = settings.within_reason();
         Self {
-            zoom: settings.zoom,
             settings,
+            preferences: Preferences::now(),
             instance,
             geometry,
             gui: None,
@@ -175,17 +190,19 @@ impl App {
             opened: Instant::now(),
             is_shown: false,
             pump: None,
+            dropped: None,
             heard_s: f64::NEG_INFINITY,
             parts: Parts {
                 meters: Meters::default(),
-                head: FileRow::new(HEAD),
+                presets: Presets::default(),
                 source_path: SourcePath::default(),
                 view: View::default(),
                 scenes,
                 panels: panels(),
             },
             views: None,
-            history: History::default(),
+            session: Session::default(),
+            outline: <(Weak<Scene>, Outline)>::default(),
             owed: None,
             owed_walk: None,
             before: None,
@@ -209,6 +226,8 @@ impl App {
         let Instance { repaint, telemetry, loader, .. } = &self.instance;
         let rate_hz = loader.sample_rate_hz().unwrap_or(USUAL_HZ);
         self.views = Some(Arc::new(Views::new(repaint, &telemetry.sound, rate_hz)));
+        self.instance.params.project.look_at();
+        self.session = std::mem::take(&mut lock(&self.instance.session));
         telemetry.watched.set(true);
         loader.attention.watched.set(true);
         self.parts.scenes.list();
@@ -216,22 +235,19 @@ impl App {
         self.pump = pump.inspect_err(|error| nice_error!("no thread to wake the editor: {error}")).ok();
     }
 
-    /// Takes theme and zoom as they are set.
+    /// Takes theme and scale as they are set, here or in another window.
     fn dress(&mut self, egui_ctx: &egui::Context, frame: &mut nice_plug_egui::Frame) -> &'static Palette {
-        let palette = Palette::of(self.settings.theme);
-        if self.dressed != Some(self.settings.theme) {
-            self.dressed = Some(self.settings.theme);
+        let Preferences { theme, scale } = self.preferences;
+        let palette = Palette::of(theme);
+        if self.dressed != Some(theme) {
+            self.dressed = Some(theme);
             dress(egui_ctx, palette);
             frame.set_clear_color(palette.panel.into());
             egui_ctx.request_repaint();
         }
-        if egui_ctx.zoom_factor() != self.settings.zoom {
-            egui_ctx.set_zoom_factor(self.settings.zoom);
-        } else if self.zoom != self.settings.zoom {
-            self.zoom = self.settings.zoom;
-            // Otherwise the framework resizes the window by the zoom.
-            let size = egui::vec2(self.settings.width, self.settings.height);
-            egui_ctx.send_viewport_cmd(egui::ViewportCommand::InnerSize(size));
+        // The framework then asks the host for a window that is as much larger.
+        if egui_ctx.zoom_factor() != scale {
+            egui_ctx.set_zoom_factor(scale);
         }
         palette
     }
@@ -241,6 +257,10 @@ impl App {
         if self.instance.telemetry.fetch(&mut self.frame) {
             self.heard_s = now_s;
             views.measure_loudness();
+            if self.frame.playing {
+                let [left, right] = self.frame.input_peak;
+                self.session.waveform.add(self.frame.transport_s, left.max(right));
+            }
         } else {
             (self.frame.input_peak, self.frame.output_peak) = ([0.0; 2], [0.0; 2]);
         }
@@ -272,7 +292,7 @@ impl App {
                 ui.ctx().request_repaint_after(Duration::from_secs_f64(rest_s));
             } else if let Some(before) = self.before.take() {
                 self.gestures.forget_sent();
-                self.history.record(before, &UserState::of(params));
+                self.session.history.record(before, &UserState::of(params));
             }
         }
     }
@@ -291,6 +311,7 @@ impl NiceEguiApp for App {
         let size = frame.baseview_window().size();
         self.geometry.resized(size.physical.into(), size.scale_factor);
         mapping::map(frame.baseview_window());
+        self.dropped = DropTarget::new(frame.baseview_window(), self.instance.repaint.clone());
         self.gui = Some(gui);
         self.task = LOADER
             .add(self.instance.loader.clone())
@@ -300,6 +321,9 @@ impl NiceEguiApp for App {
     }
 
     fn ui(&mut self, ui: &mut Ui, frame: &mut nice_plug_egui::Frame) {
+        if self.geometry.held().closing {
+            return ui.ctx().send_viewport_cmd(egui::ViewportCommand::Close);
+        }
         let Some(gui) = self.gui.clone().filter(|_| self.instance.plugin.strong_count() > 0) else { return };
         let now_s = self.opened.elapsed().as_secs_f64();
         if !std::mem::replace(&mut self.is_shown, true) {
@@ -307,12 +331,19 @@ impl NiceEguiApp for App {
         }
         let Some(views) = self.views.clone() else { return };
         self.keep_settings();
+        self.preferences = Preferences::now();
+        let preferences = self.preferences;
         let palette = self.dress(ui.ctx(), frame);
         let sounding = self.hear(&views, now_s);
         let listing = self.parts.scenes.listing();
         let loader = &self.instance.loader;
         let (scene, walk, source_walks) = (loader.scene(), loader.walk(), loader.source_walks());
         let params = Arc::clone(&self.instance.params);
+        let now = scene.as_ref().map_or_else(Weak::new, Arc::downgrade);
+        if !Weak::ptr_eq(&self.outline.0, &now) {
+            let outline = scene.as_ref().map_or_else(Outline::default, |scene| Outline::of(scene.anchors()));
+            self.outline = (now, outline);
+        }
         if !sounding {
             estimate(&mut self.frame, &params, &self.gestures, walk.as_deref());
         }
@@ -327,8 +358,12 @@ impl NiceEguiApp for App {
             source_walks: source_walks.as_ref(),
             palette,
             settings: &mut self.settings,
+            preferences: &mut self.preferences,
             selection: &mut self.selection,
-            history: &mut self.history,
+            history: &mut self.session.history,
+            preset: &mut self.session.preset,
+            waveform: &self.session.waveform,
+            outline: &self.outline.1,
             owed: &mut self.owed,
             owed_walk: &mut self.owed_walk,
             gestures: &mut self.gestures,
@@ -349,6 +384,9 @@ impl NiceEguiApp for App {
         undo_or_redo(ui, &mut ctx);
         ctx.report_remote();
         ctx.pay();
+        for file in self.dropped.as_ref().map(DropTarget::files).unwrap_or_default() {
+            self.parts.take(&mut ctx, &file);
+        }
         self.parts.show(ui, &mut ctx);
         self.instance.telemetry.shows_time.set(ctx.shows_time);
         let choices = ctx.instance.loader.choices();
@@ -360,16 +398,16 @@ impl NiceEguiApp for App {
         self.record_change(ui, now_s);
         self.geometry.types(ui.ctx().text_edit_focused());
         self.keep_settings();
+        if self.preferences != preferences {
+            self.preferences.set();
+            ui.ctx().request_repaint();
+        }
     }
 
     fn resized(&mut self, size: WindowSize) {
-        let zoom = f64::from(self.settings.zoom);
-        self.geometry.resized(size.physical.into(), size.scale_factor / zoom);
+        let own = f64::from(self.preferences.scale);
+        self.geometry.resized(size.physical.into(), size.scale_factor / own);
         (self.settings.width, self.settings.height) = (narrow(size.logical.width), narrow(size.logical.height));
-    }
-
-    fn zoom_factor_changed(&mut self, zoom_factor: f32) {
-        self.settings.zoom = zoom_factor;
     }
 }
 
@@ -377,8 +415,11 @@ impl Drop for App {
     /// The window is gone: nothing is watched any more, and no gesture stays open in the host.
     fn drop(&mut self) {
         drop(self.pump.take());
+        drop(self.dropped.take());
         self.instance.telemetry.watched.set(false);
-        drop(self.views.take());
+        if self.views.take().is_some() {
+            *lock(&self.instance.session) = std::mem::take(&mut self.session);
+        }
         self.instance.loader.attention.watched.set(false);
         self.instance.loader.exchange.restoring.set(false);
         self.geometry.closed();

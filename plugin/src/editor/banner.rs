@@ -4,10 +4,14 @@ use super::ctx::Ctx;
 use super::theme::{Palette, faded};
 use super::widgets::button;
 use super::words::Word;
+use crate::parameter::Parameter;
 use egui::{Color32, Frame, Margin, RichText, Ui};
 
+/// The angle between both sides of a stereo input that is offered, degrees.
+const STEREO_DEG: f32 = 60.0;
+
 /// Shows a line for everything that is wrong; nothing when all is well.
-pub(super) fn show(ui: &mut Ui, ctx: &Ctx<'_>) {
+pub(super) fn show(ui: &mut Ui, ctx: &mut Ctx<'_>) {
     let palette = ctx.palette;
     let from = &ctx.instance.loader.exchange;
     let [scene, sources, walk, source_walks, head, headphones] = [
@@ -29,26 +33,42 @@ pub(super) fn show(ui: &mut Ui, ctx: &Ctx<'_>) {
         ("head", &head, palette.warn, "Head"),
         ("headphones", &headphones, palette.warn, "Headphones"),
     ] {
-        if !text.is_empty() {
-            line(ui, ctx, name, what, text, colour);
+        if !text.is_empty() && line(ui, ctx, name, what, text, colour, Word::TryAgain) {
+            ctx.instance.loader.retry();
+            ctx.refresh();
         }
+    }
+    let outside = ctx.sources_outside();
+    if ctx.params().further() > 0 && !outside.is_empty() {
+        let sources = ctx.project_sources();
+        let names = outside.iter().take(3).map(|source| sources.name(*source)).collect::<Vec<_>>().join(", ");
+        let more = outside.len().saturating_sub(3);
+        let rest = if more > 0 { format!(" and {more} more") } else { String::new() };
+        let text = format!("Outside of the walls: {names}{rest}.");
+        if line(ui, ctx, "outside", "Sources", &text, palette.warn, Word::Arrange) {
+            ctx.arrange();
+        }
+    }
+    let one = ctx.value(Parameter::Spread) == 0.0;
+    let text = "Left and right cancel each other: one source plays their sum, of which next to nothing is left.";
+    if ctx.frame.cancels && one && line(ui, ctx, "cancels", "Input", text, palette.warn, Word::TrueStereo) {
+        ctx.set(Parameter::Spread, STEREO_DEG);
     }
 }
 
-fn line(ui: &mut Ui, ctx: &Ctx<'_>, id: &str, what: &str, text: &str, colour: Color32) {
-    let palette = ctx.palette;
+/// A line with a button; returns whether that was clicked.
+fn line(ui: &mut Ui, ctx: &Ctx<'_>, id: &str, what: &str, text: &str, colour: Color32, word: Word) -> bool {
+    let (palette, mut clicked) = (ctx.palette, false);
     let fill = palette.panel.lerp_to_gamma(colour, 0.14);
     let frame = Frame::new().fill(fill).inner_margin(Margin::symmetric(12, 6));
     egui::Panel::top(("banner", id)).resizable(false).frame(frame).show_separator_line(false).show(ui, |ui| {
         ui.horizontal_wrapped(|ui| {
             ui.label(RichText::new(what).font(Palette::heading()).color(colour));
             ui.label(RichText::new(text).font(Palette::caption()).color(palette.text));
-            if button(ui, palette, Word::TryAgain).clicked() {
-                ctx.instance.loader.retry();
-                ctx.refresh();
-            }
+            clicked = button(ui, palette, word).clicked();
         });
         let rect = ui.min_rect();
         ui.painter().hline(rect.x_range(), rect.bottom() + 6.0, egui::Stroke::new(1.0, faded(colour, 0.5)));
     });
+    clicked
 }

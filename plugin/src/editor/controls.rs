@@ -4,7 +4,7 @@ use super::ctx::Ctx;
 use super::host::default_value;
 use super::host_menu;
 use super::theme::{CONTROL, ROUND, SPACE};
-use super::widgets::{dimmed, drop_down, focus_ring, labelled, segments, switch};
+use super::widgets::{drop_down, focus_ring, labelled, segments, switch};
 use super::words::Word;
 use crate::parameter::Parameter;
 use crate::parameter::cast::narrow;
@@ -161,8 +161,9 @@ pub fn list(ui: &mut Ui, ctx: &mut Ctx<'_>, parameter: Parameter) {
 /// How the camera path is followed, and the position along it.
 pub fn follow_path(ui: &mut Ui, ctx: &mut Ctx<'_>) {
     choice(ui, ctx, Parameter::Follow, |_| None);
-    let by_position = Follow::from_index(ctx.index(Parameter::Follow)) == Follow::Position;
-    dimmed(ui, !by_position, |ui| slider(ui, ctx, Parameter::Path));
+    if Follow::from_index(ctx.index(Parameter::Follow)) == Follow::Position {
+        slider(ui, ctx, Parameter::Path);
+    }
 }
 
 /// A switch.

@@ -6,10 +6,11 @@ use super::theme::Palette;
 use super::views::Views;
 use super::words::Word;
 use crate::budget::Account;
-use crate::history::History;
 use crate::history::user_state::UserState;
+use crate::history::{History, Session};
 use crate::library::drawn_room::DrawnRoom;
 use crate::library::lister::Listing;
+use crate::library::outline::Outline;
 use crate::library::scene_key::SceneKey;
 use crate::listener::snapshot::sources_of;
 use crate::osc::Osc;
@@ -19,18 +20,52 @@ use crate::parameter::choices::SceneChoice;
 use crate::playing::loader::Loader;
 use crate::project::params::PromenadeParams;
 use crate::project::persisted::Persisted;
+use crate::project::preferences::Preferences;
 use crate::project::settings::EditorSettings;
 use crate::project::source_walks::SourceWalks;
+use crate::project::sources::SavedSources;
 use crate::project::walk::{SavedWalk, Walk};
 use crate::telemetry::host_side::HostSide;
+use crate::telemetry::waveform::Waveform;
 use crate::telemetry::{Frame, Telemetry};
 use crate::worker::TaskHandle;
 use crate::worker::repaint::Repaint;
+use egui::Color32;
 use nice_plug::context::gui::GuiContext;
 use nice_plug::prelude::Enum;
 use promenade_core::Scene;
-use promenade_core::glam::Vec3;
-use std::sync::{Arc, Weak};
+use promenade_core::glam::{Vec2, Vec3};
+use std::sync::{Arc, Mutex, Weak};
+
+/// Distance of sources that are arranged from walls and from each other, metres.
+const CLEAR_M: f32 = 0.3;
+const APART_M: f32 = 0.8;
+/// Sources on each side of an arc before the listener, and the angle between two of them, degrees.
+const ON_ARC: usize = 8;
+const ARC_DEG: f32 = 11.25;
+
+/// Places for so many sources beside one at `home`: on an arc about the listener by turns to the left and to the right, then in
+/// rows, the nearest to the listener first, as far as `is_free` lets them.
+fn arranged(home: Vec3, listener: Vec3, around: [Vec2; 2], count: usize, is_free: impl Fn(Vec3) -> bool) -> Vec<Vec3> {
+    let from = (home - listener).truncate();
+    let from = if from.length() > 0.5 { from } else { Vec2::X };
+    let turned = |n: usize, side: f32| Vec2::from_angle(side * (n as f32 * ARC_DEG).to_radians()).rotate(from);
+    let arc = (1..=ON_ARC).flat_map(|n| [1.0, -1.0].map(|side| turned(n, side) + listener.truncate()));
+    let steps = ((around[1] - around[0]) / APART_M).floor().max(Vec2::ZERO);
+    let [columns, lines] = [steps.x, steps.y].map(|steps| crate::parameter::cast::index(steps));
+    let mut rows: Vec<Vec2> =
+        (0..=columns).flat_map(|x| (0..=lines).map(move |y| around[0] + APART_M * Vec2::new(x as f32, y as f32))).collect();
+    rows.sort_by(|a, b| a.distance(listener.truncate()).total_cmp(&b.distance(listener.truncate())));
+    let mut taken = vec![home];
+    for place in arc.chain(rows).map(|place| place.extend(home.z)).filter(|place| is_free(*place)) {
+        let is_apart =
+            taken.iter().chain([&listener]).all(|other| other.truncate().distance(place.truncate()) >= 0.9 * CLEAR_M);
+        if taken.len() <= count && is_apart {
+            taken.push(place);
+        }
+    }
+    taken.split_off(1)
+}
 
 /// The instance that an editor belongs to.
 #[derive(Clone)]
@@ -49,6 +84,8 @@ pub struct Instance {
     pub host_side: Arc<HostSide>,
     /// What it has of the budget of processor time.
     pub account: Arc<Account>,
+    /// What is kept between two windows.
+    pub session: Arc<Mutex<Session>>,
     /// There as long as the plugin is.
     pub plugin: Weak<()>,
 }
@@ -100,10 +137,18 @@ pub struct Ctx<'a> {
     pub palette: &'static Palette,
     /// How the editor is left; saved with the project.
     pub settings: &'a mut EditorSettings,
+    /// How every editor of the user looks.
+    pub preferences: &'a mut Preferences,
     /// What is chosen.
     pub selection: &'a mut Selection,
     /// Undo, redo and the A/B comparison.
     pub history: &'a mut History,
+    /// Name of the preset that was chosen last.
+    pub preset: &'a mut Option<String>,
+    /// What was heard over the time of the transport.
+    pub waveform: &'a Waveform,
+    /// The walls of the scene that is played.
+    pub outline: &'a Outline,
     /// A scene's file that is still to be named.
     pub owed: &'a mut Option<Owed>,
     /// A camera path of the project that is still to be kept, for the same reason.
@@ -167,6 +212,79 @@ impl Ctx<'_> {
         let walk = self.source_walk(source);
         let on_path = walk.and_then(|walk| sources_of(value).on(walk, self.frame.transport_s));
         on_path.map_or(home, |pose| pose.position) + Vec3::from_array(Parameter::place_of(source).map(value))
+    }
+
+    /// What the project says of its sources.
+    #[must_use]
+    pub fn project_sources(&self) -> SavedSources {
+        self.params().sources.saved.get().0
+    }
+
+    /// Changes what the project says of its sources.
+    pub fn change_sources(&self, change: impl FnOnce(&mut SavedSources)) {
+        self.keep(&self.params().sources.saved, change);
+        self.params().sources.follow();
+    }
+
+    /// Whether a source is heard, 0 for the first.
+    #[must_use]
+    pub fn is_heard(&self, source: usize) -> bool {
+        self.params().sources.is_heard(source)
+    }
+
+    /// The colour of a source, 0 for the first.
+    #[must_use]
+    pub fn source_colour(&self, source: usize) -> Color32 {
+        let own = self.project_sources().of(source).colour;
+        own.map_or(self.palette.emitter, |[r, g, b]| Color32::from_rgb(r, g, b))
+    }
+
+    /// Whether a place is outside of the walls, where those are known.
+    #[must_use]
+    pub fn is_outside(&self, place: Vec3) -> bool {
+        match self.drawn_room() {
+            Some(room) => !room.holds(place),
+            None => self.outline.is_inside(place) == Some(false),
+        }
+    }
+
+    /// The sources that stand outside of the walls, 0 for the first.
+    #[must_use]
+    pub fn sources_outside(&self) -> Vec<usize> {
+        let Some(home) = self.scene.and_then(|scene| scene.emitter()) else { return Vec::new() };
+        (0..=self.params().further()).filter(|source| self.is_outside(self.source_at(home, *source))).collect()
+    }
+
+    /// Moves a source, 0 for the first, to a place of the world, while the pointer is down with `holds`.
+    pub fn put_source(&mut self, home: Vec3, source: usize, place: Vec3, holds: bool) {
+        let by = place - self.source_at(home, source);
+        for (axis, parameter) in Parameter::place_of(source).into_iter().enumerate() {
+            let value = self.value(parameter) + by[axis];
+            if holds {
+                self.hold(parameter, value);
+            } else if by[axis] != 0.0 {
+                self.set(parameter, value);
+            }
+        }
+    }
+
+    /// Puts all further sources where the room has place about the listener.
+    pub fn arrange(&mut self) {
+        let Some(home) = self.scene.and_then(|scene| scene.emitter()) else { return };
+        let is_free = |place: Vec3| match self.drawn_room() {
+            Some(room) => room.holds(place),
+            None => self.outline.is_clear(place, CLEAR_M).unwrap_or(true),
+        };
+        let around = match (self.drawn_room().map(|room| room.corners()), self.outline.plan(), self.scene) {
+            (Some(corners), ..) => corners.map(Vec3::truncate),
+            (None, Some(corners), _) => corners,
+            (None, None, Some(scene)) => [scene.bounds().0, scene.bounds().1].map(Vec3::truncate),
+            (None, None, None) => return,
+        };
+        let places = arranged(home, self.frame.pose.position, around, self.params().further(), is_free);
+        for (further, place) in places.into_iter().enumerate() {
+            self.put_source(home, 1 + further, place, false);
+        }
     }
 
     /// Sets a value at once, as a gesture of its own.
@@ -329,5 +447,26 @@ impl Ctx<'_> {
         if let Some(task) = self.task {
             task.schedule();
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::library::factory;
+
+    #[test]
+    fn sources_are_arranged_within_the_walls_and_apart() {
+        let scene = Scene::from_bytes(factory::LOFT.bytes).unwrap();
+        let outline = Outline::of(scene.anchors());
+        let is_free = |place| outline.is_clear(place, CLEAR_M) == Some(true);
+        let home = scene.emitter().unwrap();
+        let places = arranged(home, Vec3::ZERO, outline.plan().unwrap(), 63, is_free);
+        assert_eq!(places.len(), 63);
+        for (number, place) in places.iter().enumerate() {
+            assert_eq!(outline.is_inside(*place), Some(true), "{place}");
+            assert!(places[..number].iter().all(|other| other.distance(*place) > 0.25), "{place}");
+        }
+        assert!((places[0].y - 0.29).abs() < 0.01 && (places[1].y + 0.29).abs() < 0.01, "{:?}", &places[..2]);
     }
 }

@@ -5,10 +5,11 @@ use super::direct_panel::DirectPanel;
 use super::osc_panel::OscPanel;
 use super::panel::Panel;
 use super::path_panel::PathPanel;
-use super::presets_panel::PresetsPanel;
+use super::quality_panel::QualityPanel;
 use super::response_panel::ResponsePanel;
 use super::room_panel::RoomPanel;
 use super::sound_panel::SoundPanel;
+use super::sources_panel::SourcesPanel;
 use super::theme::{CONTROL, SPACE};
 use super::widgets::tabs;
 use egui::{Align, Frame, Layout, Margin, Sense, Ui, UiBuilder, vec2};
@@ -20,19 +21,21 @@ const HEIGHT: f32 = 208.0;
 #[must_use]
 pub(super) fn panels() -> Vec<Box<dyn Panel>> {
     vec![
+        Box::<SourcesPanel>::default(),
         Box::new(DirectPanel),
         Box::<ResponsePanel>::default(),
         Box::new(SoundPanel::default()),
         Box::<RoomPanel>::default(),
         Box::<PathPanel>::default(),
+        Box::new(QualityPanel),
         Box::<OscPanel>::default(),
-        Box::<PresetsPanel>::default(),
     ]
 }
 
 /// Shows the tabs, and the panel of the chosen one.
 pub(super) fn show(ui: &mut Ui, ctx: &mut Ctx<'_>, panels: &mut [Box<dyn Panel>]) {
     let frame = Frame::new().fill(ctx.palette.panel).inner_margin(Margin::symmetric(8, 0));
+    let mut panels: Vec<_> = panels.iter_mut().filter(|panel| panel.is_there(ctx)).collect();
     let chosen = panels.iter().position(|panel| panel.title().label() == ctx.settings.tab).unwrap_or(0);
     let bar = CONTROL + 2.0 * SPACE;
     // A low window leaves at least as much to the view.

@@ -29,7 +29,7 @@ pub(super) const HEAD: FileOf = FileOf {
     heading: Word::Head,
     choose: Word::UseHead,
     none: Word::OwnHead,
-    hint: "Your own: a SOFA file",
+    hint: "SOFA file of your ears",
     wish: |exchange| &exchange.head_wish,
     name: |params, exchange| params.head.get().0.is_some().then(|| exchange.head_name.text()),
 };
@@ -40,7 +40,7 @@ pub(super) const HEADPHONES: FileOf = FileOf {
     heading: Word::Headphones,
     choose: Word::UseHeadphones,
     none: Word::NoHeadphones,
-    hint: "AutoEq's text, or SOFA",
+    hint: "AutoEq .txt or SOFA",
     wish: |exchange| &exchange.headphones_wish,
     name: |params, _| {
         let (saved, _) = params.headphones.get();

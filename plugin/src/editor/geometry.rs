@@ -15,6 +15,8 @@ pub(super) struct Held {
     pub(super) scale: Option<f64>,
     /// Whether keys go to a text field.
     pub(super) typing: bool,
+    /// Whether the window is to close.
+    pub(super) closing: bool,
 }
 
 impl Geometry {
@@ -27,7 +29,7 @@ impl Geometry {
     /// Notes that the window is gone.
     pub(super) fn closed(&self) {
         let mut held = self.held();
-        (held.open, held.typing) = (None, false);
+        (held.open, held.typing, held.closing) = (None, false, false);
     }
 
     /// Notes whether keys go to a text field.

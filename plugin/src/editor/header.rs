@@ -2,44 +2,55 @@
 
 use super::controls::toggle;
 use super::ctx::Ctx;
+use super::presets::Presets;
 use super::theme::{Palette, faded};
 use super::widgets::{button, tab, value_button};
 use super::words::Word;
+use crate::history::user_state::UserState;
 use crate::parameter::Parameter;
-use crate::project::settings::{Theme, ZOOMS};
+use crate::project::preferences::SCALES;
+use crate::project::settings::Theme;
 use egui::{Align, CornerRadius, Frame, Layout, Margin, Popup, RichText, Sense, Stroke, Ui, vec2};
 
 /// Height, points.
 const HEIGHT: f32 = 40.0;
-/// Zooms to choose from.
-const STEPS: [f32; 8] = [ZOOMS.0, 0.9, 1.0, 1.25, 1.5, 2.0, 2.5, ZOOMS.1];
+/// Scales to choose from.
+const STEPS: [f32; 8] = [SCALES.0, 0.9, 1.0, 1.25, 1.5, 2.0, 2.5, SCALES.1];
 
 /// Shows it.
-pub(super) fn show(ui: &mut Ui, ctx: &mut Ctx<'_>) {
+pub(super) fn show(ui: &mut Ui, ctx: &mut Ctx<'_>, presets: &mut Presets) {
     let frame = Frame::new().fill(ctx.palette.panel).inner_margin(Margin::symmetric(12, 0));
     egui::Panel::top("header").exact_size(HEIGHT).resizable(false).frame(frame).show(ui, |ui| {
         ui.horizontal_centered(|ui| {
             let palette = ctx.palette;
             mark(ui, palette);
-            ui.label(RichText::new("Promenade").font(Palette::heading()).color(palette.text));
-            ui.add_space(8.0);
+            if !ctx.narrow {
+                ui.label(RichText::new("Promenade").font(Palette::heading()).color(palette.text));
+            }
+            ui.add_space(4.0);
             let open = ctx.list_is_open();
             if tab(ui, palette, Word::Scenes, *open).clicked() {
                 *open = !*open;
             }
+            ui.add_space(4.0);
+            ui.scope(|ui| presets.show(ui, ctx));
             ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
-                let (other, name) = match ctx.settings.theme {
+                let (other, name) = match ctx.preferences.theme {
                     Theme::Dark => (Theme::Light, Word::Light),
                     Theme::Light => (Theme::Dark, Word::Dark),
                 };
                 if button(ui, palette, name).clicked() {
-                    ctx.settings.theme = other;
+                    ctx.preferences.theme = other;
                 }
-                zoom(ui, ctx);
+                scale(ui, ctx);
                 ui.add_space(4.0);
                 toggle(ui, ctx, Parameter::Bypass);
                 ui.add_space(4.0);
                 // From right to left.
+                let copy = if ctx.history.is_b() { Word::CopyToA } else { Word::CopyToB };
+                if button(ui, palette, copy).clicked() {
+                    ctx.history.copy(UserState::of(ctx.params()));
+                }
                 for (name, b) in [(Word::B, true), (Word::A, false)] {
                     if tab(ui, palette, name, ctx.history.is_b() == b).clicked() && ctx.history.is_b() != b {
                         ctx.compare();
@@ -67,9 +78,9 @@ fn state(ui: &mut Ui, ctx: &Ctx<'_>) {
     let remark = if ctx.is_on(Parameter::Bypass) {
         Some("bypassed")
     } else if !ctx.sounding {
-        Some("the host asks for no sound")
+        Some("the host is not playing")
     } else if ctx.frame.dry {
-        Some("the dry sound passes")
+        Some("dry sound only")
     } else if ctx.frame.offline {
         Some("rendering offline")
     } else {
@@ -88,16 +99,21 @@ fn state(ui: &mut Ui, ctx: &Ctx<'_>) {
 }
 
 /// How large everything is.
-fn zoom(ui: &mut Ui, ctx: &mut Ctx<'_>) {
+fn scale(ui: &mut Ui, ctx: &mut Ctx<'_>) {
     let palette = ctx.palette;
-    let percent = |zoom: f32| format!("{:.0} %", zoom * 100.0);
-    let response = value_button(ui, palette, &percent(ctx.settings.zoom), "How large everything in the window is");
+    let percent = |scale: f32| format!("{:.0} %", scale * 100.0);
+    let response = value_button(
+        ui,
+        palette,
+        &percent(ctx.preferences.scale),
+        "Scale of every editor window of yours; the host is asked for a window that fits",
+    );
     Popup::menu(&response).show(|ui| {
         ui.set_min_width(72.0);
         for step in STEPS {
-            let on = (ctx.settings.zoom - step).abs() < 1e-3;
+            let on = (ctx.preferences.scale - step).abs() < 1e-3;
             if ui.selectable_label(on, percent(step)).clicked() {
-                *ctx.settings = ctx.settings.clone().zoomed(step);
+                ctx.preferences.scale = step;
             }
         }
     });

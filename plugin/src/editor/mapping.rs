@@ -6,17 +6,24 @@
 
 use nice_plug_egui::baseview::WindowContext;
 
+/// The number of a window that is being made.
+#[cfg(target_os = "linux")]
+pub(super) fn number(window: &WindowContext) -> Option<u32> {
+    use raw_window_handle::{HasWindowHandle, RawWindowHandle};
+    let handle = window.platform_handle();
+    let Ok(RawWindowHandle::Xcb(handle)) = handle.window_handle().map(|handle| handle.as_raw()) else { return None };
+    Some(handle.window.get())
+}
+
 /// Brings a window that is being made onto the screen.
 #[cfg(target_os = "linux")]
 pub(super) fn map(window: &WindowContext) {
-    use raw_window_handle::{HasWindowHandle, RawWindowHandle};
     use x11rb::protocol::xproto::ConnectionExt;
-    let handle = window.platform_handle();
-    let Ok(RawWindowHandle::Xcb(handle)) = handle.window_handle().map(|handle| handle.as_raw()) else { return };
+    let Some(number) = number(window) else { return };
     // A connection of its own: the library's is not to be had, and the server has answered it for all that made the window.
     let mapped = || -> Result<(), Box<dyn std::error::Error>> {
         let (x11, _) = x11rb::connect(None)?;
-        x11.map_window(handle.window.get())?.check()?;
+        x11.map_window(number)?.check()?;
         Ok(())
     };
     if let Err(error) = mapped() {

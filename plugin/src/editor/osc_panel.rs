@@ -123,7 +123,7 @@ impl OscPanel {
             ui.colored_label(ctx.palette.error, error);
         }
         labelled(ui, ctx.palette, Word::Name, |ui| {
-            if let Some(name) = text(ui, &mut self.name, &config.name, "For its own addresses") {
+            if let Some(name) = text(ui, &mut self.name, &config.name, "Instance name") {
                 change(ctx, |c| c.name = name);
             }
         });
@@ -265,10 +265,10 @@ impl OscPanel {
 /// Which of the tracker's angles one of the head's is, and which way it counts.
 fn axis_of(ui: &mut Ui, ctx: &Ctx<'_>, axes: AxisMap, axis: usize) {
     let source = usize::from(axes.order[axis]).min(2);
-    let shown = format!("its {}", FULL_AXES[source]);
+    let shown = format!("Tracker {}", FULL_AXES[source]);
     ComboBox::from_id_salt(("axis", axis)).selected_text(shown).width(88.0).show_ui(ui, |ui| {
         for (number, name) in (0_u8..).zip(FULL_AXES) {
-            if ui.selectable_label(axes.order[axis] == number, format!("its {name}")).clicked() {
+            if ui.selectable_label(axes.order[axis] == number, format!("Tracker {name}")).clicked() {
                 change(ctx, |c| c.axes.order[axis] = number);
             }
         }
@@ -287,7 +287,8 @@ fn group_of(ui: &mut Ui, ctx: &mut Ctx<'_>) {
         return;
     };
     toggle(ui, ctx, Parameter::Lead);
-    let words = match (ctx.frame.leads, ctx.is_on(Parameter::Lead), group::is_led(number)) {
+    let key = ctx.params().project.group(number);
+    let words = match (ctx.frame.leads, ctx.is_on(Parameter::Lead), group::is_led(key)) {
         (true, ..) => "This instance's listener is the group's",
         (false, true, true) => "Another instance leads already; this one follows it",
         (false, false, true) => "Another instance leads; this one hears with its listener",
@@ -297,7 +298,7 @@ fn group_of(ui: &mut Ui, ctx: &mut Ctx<'_>) {
     // As many lines as the window has room for, and the others scrolled.
     egui::ScrollArea::vertical().id_salt("members").show(ui, |ui| {
         ui.horizontal_wrapped(|ui| {
-            for member in members::of_group(chosen) {
+            for member in members::of_group(key) {
                 named(ui, ctx, &member);
             }
         });

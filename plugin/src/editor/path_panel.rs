@@ -5,6 +5,7 @@ use super::controls::{follow_path, toggle};
 use super::ctx::Ctx;
 use super::panel::Panel;
 use super::theme::{CONTROL, SPACE};
+use super::timeline::Timeline;
 use super::widgets::{button, columns, field, labelled, note, outcome, switch, tab};
 use super::words::Word;
 use crate::history::user_state::UserState;
@@ -28,6 +29,7 @@ const NEXT_S: f64 = 1.0;
 #[derive(Default)]
 pub(super) struct PathPanel {
     recording: Option<Recording>,
+    timeline: Timeline,
     /// Whether the user is asked before a path is recorded over.
     asks: bool,
     file: String,
@@ -61,6 +63,9 @@ impl Panel for PathPanel {
 
     fn show(&mut self, ui: &mut Ui, ctx: &mut Ctx<'_>) {
         self.record(ui, ctx);
+        if let Some((index, t_s)) = self.timeline.show(ui, ctx) {
+            self.change(ctx, |keyframes| edit::set_time(keyframes, index, t_s).map(drop));
+        }
         columns(ui, [228.0, 236.0, 196.0], |ui, column| match column {
             0 => playing(ui, ctx),
             1 => self.keyframes(ui, ctx),
@@ -210,7 +215,7 @@ impl PathPanel {
                 note(ui, ctx.palette, format!("{:.1} s", recording.recorder.duration_s()));
             }
         });
-        field(ui, &mut self.file, "A file; empty to choose");
+        field(ui, &mut self.file, "File name, or leave empty");
         ui.horizontal(|ui| {
             ui.add_enabled_ui(!self.files.is_busy(), |ui| {
                 if button(ui, ctx.palette, Word::Import).clicked() {

@@ -38,7 +38,7 @@ impl Plot {
         while db <= range_db.1 {
             let stroke = Stroke::new(1.0, if db == 0.0 { palette.line } else { palette.hairline });
             painter.hline(rect.x_range(), plot.y(db), stroke);
-            if (db / every).fract() == 0.0 {
+            if (db / every).fract() == 0.0 && db > range_db.0 {
                 let text = format!("{db:.0}").replace('-', "\u{2212}");
                 let at = pos2(rect.left() - 6.0, plot.y(db));
                 painter.text(at, Align2::RIGHT_CENTER, text, Palette::caption(), palette.soft);
@@ -119,7 +119,7 @@ impl Plot {
 }
 
 /// Time between two marks of an axis, seconds: 1, 2 or 5 times a power of ten, at most six of them.
-fn step_s(seconds: f32) -> f32 {
+pub(super) fn step_s(seconds: f32) -> f32 {
     let least = (seconds / 6.0).max(1e-3);
     let decade = 10.0_f32.powf(least.log10().floor());
     [1.0, 2.0, 5.0, 10.0].into_iter().map(|step| step * decade).find(|step| *step >= least * 0.999).unwrap_or(10.0 * decade)

@@ -26,6 +26,7 @@ fn described(frame: &Frame, follow: Follow, group: GroupChoice) -> String {
         Base::PathAndKnobs => format!("{path}, position and angles added"),
         Base::Tracker => "Head tracker alone".to_owned(),
         Base::Group => format!("Group {}, led by another instance", letter(group)),
+        Base::SavedLeader => "Its leader as it was saved".to_owned(),
     };
     let tracked = if frame.tracked && frame.base != Base::Tracker { " + tracker" } else { "" };
     let leads = if frame.leads { format!(", leads group {}", letter(group)) } else { String::new() };
@@ -42,7 +43,7 @@ pub fn reason(ctx: &Ctx<'_>) -> Option<&'static str> {
         Base::Knobs | Base::PathAndKnobs => None,
         Base::Path => Some("The camera path moves the listener; its own position waits"),
         Base::Tracker => Some("The head tracker moves the listener; its own position waits"),
-        Base::Group => Some("The group's leader moves the listener; its own position waits"),
+        Base::Group | Base::SavedLeader => Some("The group's leader moves the listener; its own position waits"),
     }
 }
 
@@ -58,6 +59,8 @@ mod tests {
     fn a_follower_without_a_leader_says_so() {
         let words = |base, leads, group| described(&Frame { base, leads, ..Frame::default() }, Follow::Off, group);
         assert_eq!(words(Base::Knobs, false, GroupChoice::A), "Group A has no leader here. Position and angles");
+        let saved = words(Base::SavedLeader, false, GroupChoice::A);
+        assert_eq!(saved, "Group A has no leader here. Its leader as it was saved");
         assert_eq!(words(Base::Group, false, GroupChoice::A), "Group A, led by another instance");
         assert_eq!(words(Base::Knobs, true, GroupChoice::A), "Position and angles, leads group A");
         assert_eq!(words(Base::Knobs, false, GroupChoice::Off), "Position and angles");

@@ -53,7 +53,7 @@ impl Panel for RoomPanel {
 
     fn show(&mut self, ui: &mut Ui, ctx: &mut Ctx<'_>) {
         let Some(room) = ctx.drawn_room() else {
-            note(ui, ctx.palette, "Another scene is played.");
+            note(ui, ctx.palette, "No drawn room is played.");
             if button(ui, ctx.palette, Word::DrawRoom).clicked() {
                 ctx.choose_room();
             }
@@ -160,7 +160,8 @@ impl RoomPanel {
                 fact(ui, palette, name, &format!("{:.2} s", t60_s(scene, hz)));
             }
         }
-        let entered = field(ui, &mut self.title, "Name").lost_focus() && ui.input(|i| i.key_pressed(egui::Key::Enter));
+        let entered =
+            field(ui, &mut self.title, "Name of the scene").lost_focus() && ui.input(|i| i.key_pressed(egui::Key::Enter));
         ui.horizontal(|ui| {
             let named = !self.title.trim().is_empty();
             let clicked = ui.add_enabled_ui(named, |ui| button(ui, palette, Word::SaveScene)).inner.clicked();

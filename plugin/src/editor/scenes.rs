@@ -3,12 +3,12 @@
 mod about;
 mod line;
 
-use self::about::{about_height, about_scene};
+use self::about::about_scene;
 use self::line::{line, room_line};
 use super::chooser::{Chooser, FileKind, Place};
 use super::ctx::{Ctx, Owed};
 use super::theme::{Palette, SPACE};
-use super::widgets::{button, field, note, switch};
+use super::widgets::{button, field, note, switch, tab};
 use super::words::Word;
 use crate::history::user_state::UserState;
 use crate::library;
@@ -38,11 +38,13 @@ pub(super) struct Scenes {
     files: Chooser<SceneKey>,
     /// Why no file was opened.
     why_not: Option<String>,
-    /// Height that the scene's credit and notes want, points.
-    about: f32,
+    /// Whether credit, licence and notes of the scene are shown.
+    about: bool,
 }
 
 const KIND: FileKind = FileKind { name: "Promenade scene", extensions: library::SCENES };
+/// Room for the button below the list, points.
+const ABOUT: f32 = 32.0;
 /// Room for the button beside the search, points.
 const OPEN: f32 = 68.0;
 
@@ -70,7 +72,7 @@ impl Scenes {
             file: String::new(),
             files: Chooser::default(),
             why_not: None,
-            about: 0.0,
+            about: false,
         }
     }
 
@@ -92,19 +94,39 @@ impl Scenes {
         egui::Panel::left("scenes").exact_size(WIDTH).resizable(false).frame(frame).show(ui, |ui| {
             let listing = ctx.listing;
             self.header(ui, ctx, listing);
-            let all = ui.available_height();
-            let about = about_height(all, self.about);
-            let height = (all - about).max(80.0);
+            let about = if self.about { 0.4 * ui.available_height() } else { 0.0 };
+            let height = (ui.available_height() - about - ABOUT).max(80.0);
             ScrollArea::vertical().max_height(height).auto_shrink(false).show(ui, |ui| {
                 ui.set_width(ui.available_width() - 4.0);
                 self.lines(ui, ctx, listing);
             });
-            if about > 0.0
-                && let Some(scene) = ctx.scene
-            {
-                self.about = about_scene(ui, ctx.palette, scene);
+            if let Some(scene) = ctx.scene {
+                ui.add_space(SPACE);
+                if tab(ui, ctx.palette, Word::Playing, self.about).clicked() {
+                    self.about = !self.about;
+                }
+                if self.about {
+                    about_scene(ui, ctx.palette, scene);
+                }
             }
         });
+    }
+
+    /// Plays a scene file from anywhere.
+    ///
+    /// # Errors
+    /// The file is no scene.
+    pub(super) fn open_file(&mut self, ctx: &mut Ctx<'_>, file: &Path) -> Result<(), String> {
+        let key = scene_file(file)?;
+        *ctx.owed = None;
+        keep_level(ctx);
+        open(ctx, key);
+        Ok(())
+    }
+
+    /// Says why a file was not taken, or nothing any more.
+    pub(super) fn tell(&mut self, why_not: Option<String>) {
+        self.why_not = why_not;
     }
 
     fn header(&mut self, ui: &mut Ui, ctx: &mut Ctx<'_>, listing: &Listing) {
@@ -131,7 +153,7 @@ impl Scenes {
                     }
                 });
             }
-            field(ui, &mut self.file, "A scene file elsewhere: type, then Open");
+            field(ui, &mut self.file, "Path of a scene file");
         }
         ui.horizontal(|ui| {
             let search = TextEdit::singleline(&mut self.search)
@@ -175,7 +197,7 @@ impl Scenes {
                 note(ui, ctx.palette, format!("Saved with the project: {}", saved.title));
             }
             if shown.is_empty() {
-                let why = if lines.is_empty() { "No scene files in the library's folders" } else { "None found" };
+                let why = if lines.is_empty() { "No scenes yet: see Folder" } else { "Nothing matches" };
                 note(ui, ctx.palette, why);
             }
             for (pick, listed) in shown {

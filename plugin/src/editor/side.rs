@@ -2,21 +2,21 @@
 
 use super::controls::{follow_path, list, number, slider};
 use super::ctx::Ctx;
-use super::file_row::FileRow;
+use super::direction::seen_from;
 use super::meter::Meters;
 use super::path_panel::{read, take};
 use super::source_path::SourcePath;
 use super::theme::{CONTROL, Palette, SPACE};
 use super::view::reset;
-use super::widgets::{button, dimmed, drop_down, heading, labelled, note, title};
+use super::widgets::{button, drop_down, heading, labelled, note, title};
 use super::words::Word;
 use super::{loudness, pose_source, tier};
 use crate::parameter::Parameter;
 use crate::parameter::row::SlotKind;
-use crate::parameter::source_knob::{Part, SOURCES, SourceKnob};
-use crate::playing::output::Output;
-use egui::{Align, Align2, Frame, Layout, Margin, Rect, ScrollArea, Sense, Ui, UiBuilder, Vec2};
+use crate::parameter::source_knob::{Part, SourceKnob};
+use egui::{Align, Align2, DragValue, Frame, Layout, Margin, Rect, ScrollArea, Sense, Ui, UiBuilder, Vec2};
 use promenade_core::Pose;
+use promenade_core::glam::Vec3;
 use std::path::PathBuf;
 
 /// Width, points.
@@ -27,7 +27,7 @@ const BAR: i8 = 8;
 const OUTPUT: f32 = 172.0;
 
 /// Shows it.
-pub(super) fn right(ui: &mut Ui, ctx: &mut Ctx<'_>, (head, path): (&mut FileRow, &mut SourcePath), meters: &mut Meters) {
+pub(super) fn right(ui: &mut Ui, ctx: &mut Ctx<'_>, path: &mut SourcePath, meters: &mut Meters) {
     let frame = Frame::new().fill(ctx.palette.panel).inner_margin(Margin { left: 12, right: 4, top: 4, bottom: 4 });
     egui::Panel::right("controls").exact_size(WIDTH).resizable(false).frame(frame).show(ui, |ui| {
         // What goes out is seen at every size.
@@ -37,8 +37,6 @@ pub(super) fn right(ui: &mut Ui, ctx: &mut Ctx<'_>, (head, path): (&mut FileRow,
             ui.spacing_mut().item_spacing.y = SPACE;
             pose(ui, ctx);
             movement(ui, ctx);
-            dimmed(ui, ctx.instance.loader.output() != Output::Binaural, |ui| head.show(ui, ctx));
-            heading(ui, ctx.palette, Word::EmitterOffset);
             source(ui, ctx, path);
             heading(ui, ctx.palette, Word::Of(Parameter::Tier));
             tier::show(ui, ctx);
@@ -71,24 +69,63 @@ fn pose(ui: &mut Ui, ctx: &mut Ctx<'_>) {
     triple(ui, ctx, [Parameter::Yaw, Parameter::Pitch, Parameter::Roll]);
 }
 
-/// Place and path of the emitter, or where there are further sources, of the one that is chosen.
+/// Place and path of the source, or where there are several, of the one that is chosen.
 fn source(ui: &mut Ui, ctx: &mut Ctx<'_>, path: &mut SourcePath) {
+    heading(ui, ctx.palette, Word::Source);
     let further = ctx.params().further();
     let chosen = ctx.selection.source.min(further);
     if further > 0 {
-        let names = || std::iter::once("Source 1").chain(SOURCES).take(1 + further).map(str::to_owned);
-        labelled(ui, ctx.palette, Word::Source, |ui| {
-            let name = names().nth(chosen).unwrap_or_default();
-            if let Some(source) = drop_down(ui, "source", &name, names(), chosen, |_| Word::Source.help()) {
-                ctx.selection.source = source;
-            }
-        });
+        let sources = ctx.project_sources();
+        let name = |source| match sources.name(source) {
+            name if name == format!("Source {}", source + 1) => name,
+            name => format!("{}  {name}", source + 1),
+        };
+        let names = (0..=further).map(name);
+        if let Some(source) = drop_down(ui, "source", &name(chosen), names, chosen, |_| Word::Source.help()) {
+            ctx.selection.source = source;
+        }
     }
     triple(ui, ctx, Parameter::place_of(chosen));
+    direction(ui, ctx, chosen);
     if let Some(further) = chosen.checked_sub(1) {
         slider(ui, ctx, Parameter::Source(SourceKnob { further, part: Part::Level }));
     }
     path.show(ui, ctx, chosen);
+}
+
+/// Where the head hears a source: to type and to drag, which moves the source in the world.
+fn direction(ui: &mut Ui, ctx: &mut Ctx<'_>, source: usize) {
+    let home = ctx.scene.and_then(|scene| scene.emitter());
+    let pose = ctx.frame.pose;
+    let (azimuth, elevation, distance) = home.map_or((0.0, 0.0, 0.0), |home| seen_from(&pose, ctx.source_at(home, source)));
+    let mut values = [azimuth, elevation, distance];
+    let words = [Word::Azimuth, Word::Elevation, Word::Distance];
+    let mut moved = None;
+    ui.add_enabled_ui(home.is_some(), |ui| {
+        three(ui, ctx, words.map(Word::label), |ui, _, index| {
+            let (range, suffix, speed, decimals) = match index {
+                0 => (-180.0..=180.0, "°", 0.5, 1),
+                1 => (-90.0..=90.0, "°", 0.5, 1),
+                _ => (0.05..=100.0, " m", 0.02, 2),
+            };
+            let drag = DragValue::new(&mut values[index]).range(range).speed(speed).fixed_decimals(decimals).suffix(suffix);
+            let response = ui.add_sized(Vec2::new(ui.available_width(), CONTROL), drag.update_while_editing(false));
+            if response.dragged() || response.changed() {
+                moved = Some(response.dragged());
+            }
+            response.on_hover_text(words[index].help());
+        });
+    });
+    if let (Some(home), Some(holds)) = (home, moved) {
+        let [azimuth, elevation, distance] = values;
+        ctx.put_source(home, source, pose.position + pose.orientation * ahead(azimuth, elevation, distance), holds);
+    }
+}
+
+/// A place in the axes of a head, metres, from where it is seen, degrees and metres.
+fn ahead(azimuth: f32, elevation: f32, distance: f32) -> Vec3 {
+    let ((sin_a, cos_a), (sin_e, cos_e)) = (azimuth.to_radians().sin_cos(), elevation.to_radians().sin_cos());
+    distance * Vec3::new(cos_e * cos_a, cos_e * sin_a, sin_e)
 }
 
 fn movement(ui: &mut Ui, ctx: &mut Ctx<'_>) {
@@ -96,12 +133,11 @@ fn movement(ui: &mut Ui, ctx: &mut Ctx<'_>) {
     follow_path(ui, ctx);
     labelled(ui, ctx.palette, Word::Of(Parameter::Walk), |ui| paths(ui, ctx));
     labelled(ui, ctx.palette, Word::Of(Parameter::Tracking), |ui| list(ui, ctx, Parameter::Tracking));
-    labelled(ui, ctx.palette, Word::Of(Parameter::Group), |ui| list(ui, ctx, Parameter::Group));
 }
 
 /// The camera path: the one that is saved with the project, or one of the library.
 fn paths(ui: &mut Ui, ctx: &mut Ctx<'_>) {
-    let own = if ctx.walk.is_some() { "The project's own" } else { "None" };
+    let own = if ctx.walk.is_some() { "Project's path" } else { "None" };
     let walks = &ctx.listing.walks;
     let slots = ctx.params().slots.saved().walks;
     let slot = ctx.index(Parameter::Walk);
@@ -150,30 +186,38 @@ fn in_numbers(pose: &Pose) -> [String; 2] {
     [format!("Heard: {:.2}, {:.2}, {:.2} m", at.x, at.y, at.z), format!("{yaw:.0}° yaw, {pitch:.0}° pitch, {roll:.0}° roll")]
 }
 
-/// Three numbers side by side, each under its name.
+/// Three parameters side by side, each under its name.
 fn triple(ui: &mut Ui, ctx: &mut Ctx<'_>, parameters: [Parameter; 3]) {
+    three(ui, ctx, parameters.map(|p| p.row().label), |ui, ctx, index| drop(number(ui, ctx, parameters[index])));
+}
+
+/// Three controls side by side, each under its name.
+fn three(ui: &mut Ui, ctx: &mut Ctx<'_>, names: [&str; 3], mut add: impl FnMut(&mut Ui, &mut Ctx<'_>, usize)) {
     const NAMES: f32 = 14.0;
     let palette = ctx.palette;
     let width = (ui.available_width() - 2.0 * SPACE) / 3.0;
     let (rect, _) = ui.allocate_exact_size(Vec2::new(ui.available_width(), NAMES + CONTROL), Sense::hover());
-    for (index, parameter) in parameters.into_iter().enumerate() {
+    for (index, name) in names.into_iter().enumerate() {
         let left = rect.left() + index as f32 * (width + SPACE);
         let place = Rect::from_min_size(egui::pos2(left, rect.top()), Vec2::new(width, rect.height()));
-        ui.painter().text(
-            place.left_top() + Vec2::new(2.0, 0.0),
-            Align2::LEFT_TOP,
-            parameter.row().label,
-            Palette::caption(),
-            palette.soft,
-        );
+        let at = place.left_top() + Vec2::new(2.0, 0.0);
+        ui.painter().text(at, Align2::LEFT_TOP, name, Palette::caption(), palette.soft);
         let field = place.with_min_y(place.top() + NAMES);
-        ui.scope_builder(UiBuilder::new().max_rect(field), |ui| number(ui, ctx, parameter));
+        ui.scope_builder(UiBuilder::new().max_rect(field), |ui| add(ui, ctx, index));
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_direction_that_is_typed_is_where_the_source_is_seen() {
+        let pose = Pose::from_ypr([1.0, -2.5, 0.25].into(), 0.5, -0.25, 0.1);
+        let place = pose.position + pose.orientation * ahead(-40.0, 20.0, 2.5);
+        let (azimuth, elevation, distance) = seen_from(&pose, place);
+        assert!((azimuth + 40.0).abs() < 1e-3 && (elevation - 20.0).abs() < 1e-3 && (distance - 2.5).abs() < 1e-5);
+    }
 
     #[test]
     fn a_walk_is_followed_in_numbers() {

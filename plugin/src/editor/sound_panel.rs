@@ -2,7 +2,7 @@
 
 use super::controls::{slider, toggle};
 use super::ctx::Ctx;
-use super::file_row::{FileRow, HEADPHONES};
+use super::file_row::{FileRow, HEAD, HEADPHONES};
 use super::host::default_value;
 use super::panel::Panel;
 use super::theme::SPACE;
@@ -20,12 +20,13 @@ const REST: [Parameter; 3] = [Parameter::LowCut, Parameter::Spread, Parameter::W
 
 /// What a user changes about a scene's sound.
 pub(super) struct SoundPanel {
+    head: FileRow,
     headphones: FileRow,
 }
 
 impl Default for SoundPanel {
     fn default() -> Self {
-        Self { headphones: FileRow::new(HEADPHONES) }
+        Self { head: FileRow::new(HEAD), headphones: FileRow::new(HEADPHONES) }
     }
 }
 
@@ -38,12 +39,11 @@ impl Panel for SoundPanel {
         let whole = ctx.frame.tier == Tier::Reference;
         let ears = ctx.instance.loader.output() == Output::Binaural;
         let far = ctx.scene.is_none_or(|scene| scene.emitter().is_some());
-        columns(ui, [224.0, 224.0, 224.0], |ui, column| {
+        columns(ui, [208.0, 208.0, 208.0, 208.0], |ui, column| {
             ui.spacing_mut().item_spacing.y = SPACE;
             match column {
                 0 => {
                     dimmed(ui, whole, |ui| LEVELS.into_iter().for_each(|parameter| slider(ui, ctx, parameter)));
-                    dimmed(ui, !ears, |ui| self.headphones.show(ui, ctx));
                 }
                 1 => {
                     for parameter in ROOM {
@@ -55,7 +55,7 @@ impl Panel for SoundPanel {
                         dimmed(ui, whole || deaf, |ui| slider(ui, ctx, parameter));
                     }
                 }
-                _ => {
+                2 => {
                     slider(ui, ctx, Parameter::LowCut);
                     dimmed(ui, !far, |ui| slider(ui, ctx, Parameter::Spread));
                     ui.horizontal(|ui| {
@@ -66,6 +66,10 @@ impl Panel for SoundPanel {
                     });
                     limits(ui, ctx, far, ears);
                 }
+                _ => dimmed(ui, !ears, |ui| {
+                    self.head.show(ui, ctx);
+                    self.headphones.show(ui, ctx);
+                }),
             }
         });
     }

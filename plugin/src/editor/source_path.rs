@@ -24,7 +24,8 @@ impl SourcePath {
     /// Shows the path of a source, 0 for the first.
     pub(super) fn show(&mut self, ui: &mut Ui, ctx: &mut Ctx<'_>, source: usize) {
         let used = ctx.params().source_walks.map(|walks| walks.of(source).map(|walk| walk.name.clone()));
-        let hint = used.as_deref().map_or("A file of a path", |name| if name.is_empty() { "A path" } else { name });
+        let hint =
+            used.as_deref().map_or("Path file for the source", |name| if name.is_empty() { "A path of its own" } else { name });
         if asks_for_file(ui, ctx.palette, &mut self.file, hint, Word::SourcePath, !self.chooser.is_busy()) {
             let place = Place::typed_or(&self.file, Place::Existing);
             let take = move |path: &std::path::Path| Ok((source, read(path)?.0));

@@ -68,7 +68,7 @@ impl T20Part {
         ui.horizontal(|ui| {
             ui.spacing_mut().item_spacing.x = SPACE;
             let place = Vec2::new((ui.available_width() - 88.0).max(24.0), CONTROL);
-            let typed = ui.add_sized(place, egui::TextEdit::singleline(&mut self.file).hint_text("File"));
+            let typed = ui.add_sized(place, egui::TextEdit::singleline(&mut self.file).hint_text("WAV or SOFA"));
             let entered = typed.lost_focus() && ui.input(|i| i.key_pressed(egui::Key::Enter));
             let free = !self.chooser.is_busy();
             let clicked = ui.add_enabled_ui(free, |ui| button(ui, ctx.palette, Word::OpenResponse)).inner.clicked();

@@ -1,10 +1,9 @@
 //! The tier: what is asked for, what is played, what it costs.
 
-use super::budget;
-use super::controls::{choice, slider};
+use super::controls::choice;
 use super::ctx::Ctx;
 use super::theme::Palette;
-use super::widgets::{dimmed, fact, labelled, note};
+use super::widgets::{heading, note};
 use super::words::Word;
 use crate::parameter::Parameter;
 use crate::parameter::choices::{LatencyChoice, TierChoice};
@@ -23,26 +22,18 @@ pub(super) fn show(ui: &mut Ui, ctx: &mut Ctx<'_>) {
     let played = ctx.frame.tier;
     if let Some(scene) = scene {
         let (text, colour) = match why_not(scene, asked, played) {
-            Some(why) => (format!("{} asked, {} played: {why}", title(asked), title(played)), ctx.palette.warn),
-            None => (format!("{} is played", title(played)), ctx.palette.soft),
+            Some(why) => (format!("Playing {} for {}: {why}", title(played), title(asked)), ctx.palette.warn),
+            None => (format!("Playing {}", title(played)), ctx.palette.soft),
         };
         ui.label(RichText::new(text).font(Palette::caption()).color(colour));
     }
-    fact(ui, ctx.palette, Word::Processor, &format!("{:.1} %", ctx.frame.load * 100.0));
-    if let Some(scene) = scene {
-        figures(ui, ctx, scene, played);
-    }
-    let decodes = played >= Tier::High && scene.is_some();
-    dimmed(ui, !decodes, |ui| slider(ui, ctx, Parameter::Rate));
     let rate_hz = ctx.instance.loader.sample_rate_hz();
     let keeps = |latency: Latency| Some(latency.played_by(scene?, rate_hz?) != latency);
-    labelled(ui, ctx.palette, Word::Of(Parameter::Latency), |ui| {
-        choice(ui, ctx, Parameter::Latency, |index| {
-            let keeps = keeps(LatencyChoice::from_index(index).into()).unwrap_or(false);
-            keeps.then_some("this scene is played in frames alone: its filters are too short, or no multiple of its hop")
-        });
+    heading(ui, ctx.palette, Word::Of(Parameter::Latency));
+    choice(ui, ctx, Parameter::Latency, |index| {
+        let keeps = keeps(LatencyChoice::from_index(index).into()).unwrap_or(false);
+        keeps.then_some("this scene is played in frames alone: its filters are too short, or no multiple of its hop")
     });
-    budget::show(ui, ctx);
 }
 
 /// Room for a tier's cost and for its error, points.
@@ -51,7 +42,7 @@ const COLUMN: f32 = 62.0;
 const LINE: f32 = 14.0;
 
 /// What each tier of the scene costs and how far it is off.
-fn figures(ui: &mut Ui, ctx: &Ctx<'_>, scene: &Arc<Scene>, played: Tier) {
+pub(super) fn figures(ui: &mut Ui, ctx: &Ctx<'_>, scene: &Arc<Scene>, played: Tier) {
     let palette = ctx.palette;
     let figures = ctx.views.tiers(scene);
     let tiers = match figures.as_deref() {
@@ -59,7 +50,7 @@ fn figures(ui: &mut Ui, ctx: &Ctx<'_>, scene: &Arc<Scene>, played: Tier) {
         Some(Err(error)) => return note(ui, palette, format!("No figures of this scene: {error}")),
         None => &[],
     };
-    let heading = if figures.is_none() { ["being", "measured"] } else { ["of a core", "error"] };
+    let heading = if figures.is_none() { ["measuring", ""] } else { ["of a core", "error"] };
     let cells = |tier: &TradePoint| [cost_text(tier.real_time), error_text(tier.error_jnds())];
     let head = (Word::TierFigures.label(), heading.map(str::to_owned), palette.soft);
     let lines = tiers.iter().map(|tier| {

@@ -7,6 +7,7 @@ mod ground;
 mod keys;
 mod layers;
 mod listener;
+mod map;
 mod room;
 mod scene;
 mod sources;
@@ -20,12 +21,11 @@ use crate::library::drawn_room::DrawnRoom;
 use crate::listener::snapshot::pose_of;
 use crate::parameter::Parameter;
 use crate::parameter::choices::Follow;
-use crate::parameter::source_knob::SOURCES;
 use crate::project::settings;
 use crate::telemetry::attention::AttentionWeights;
 use camera::{Camera, Orbit, Plan};
 use drag::{Drag, Handle, Target, pick, wrapped};
-use egui::{Align2, CornerRadius, CursorIcon, PointerButton, Rect, Response, Sense, Ui, UiBuilder, pos2, vec2};
+use egui::{Align2, CornerRadius, CursorIcon, PointerButton, Rect, Response, Sense, Stroke, Ui, UiBuilder, pos2, vec2};
 pub(super) use keys::reset;
 use layers::Layers;
 use nice_plug::prelude::Enum;
@@ -152,6 +152,7 @@ impl View {
             ui.painter().rect_stroke(rect, CornerRadius::ZERO, stroke, egui::StrokeKind::Inside);
         }
         self.tools(ui, rect, ctx);
+        map::legend(ui.painter(), rect, &camera, ctx, response.hover_pos());
         caption(ui, rect, ctx, &scenery, hot);
     }
 
@@ -260,7 +261,7 @@ impl View {
 
     /// The buttons in the view's corner.
     fn tools(&mut self, ui: &mut Ui, rect: Rect, ctx: &mut Ctx<'_>) {
-        let place = Rect::from_min_size(rect.min + vec2(12.0, 12.0), vec2(220.0, 24.0));
+        let place = Rect::from_min_size(rect.min + vec2(12.0, 12.0), vec2(rect.width() - 24.0, 24.0));
         ui.scope_builder(UiBuilder::new().max_rect(place), |ui| {
             ui.horizontal(|ui| {
                 ui.scope(|ui| {
@@ -274,6 +275,16 @@ impl View {
                 if button(ui, ctx.palette, Word::Fit).clicked() {
                     self.fit(rect, ctx);
                 }
+                ui.add_space(SPACE);
+                ui.scope(|ui| {
+                    ui.set_max_width(216.0);
+                    let all = [settings::Map::None, settings::Map::Level, settings::Map::T20, settings::Map::C50];
+                    let chosen = all.iter().position(|map| *map == ctx.settings.map).unwrap_or(0);
+                    let names = [Word::NoMap, Word::LevelMap, Word::T20, Word::C50];
+                    if let Some(index) = words(ui, ctx.palette, &names, chosen) {
+                        ctx.settings.map = all[index];
+                    }
+                });
             });
         });
     }
@@ -323,12 +334,20 @@ fn paint(
 ) {
     let painter = ui.painter().with_clip_rect(rect);
     ground::paint(&painter, rect, camera, ctx.palette);
+    if let Some(Ok(map)) = map::wanted(ctx).flatten().as_deref() {
+        map::paint(&painter, rect, camera, ctx, map, scenery.emitter.map_or(Vec3::ZERO, |(home, moved)| moved - home));
+    }
     let mut layers = Layers::new(rect, camera);
     if let Some(room) = &scenery.room {
         room::paint(&mut layers, ctx, room, hot);
     } else if let Some(scene) = ctx.scene {
         scene::bounds(&mut layers, ctx, scene);
-        scene::anchors(&mut layers, ctx, scene, attention);
+        if ctx.outline.edges.is_empty() {
+            scene::anchors(&mut layers, ctx, scene, attention);
+        }
+        for [a, b] in &ctx.outline.edges {
+            layers.line(*a, *b, Stroke::new(1.5, faded(ctx.palette.text, 0.75)));
+        }
     }
     if let Some(walk) = ctx.walk {
         scene::path(&mut layers, ctx, &walk.path, ctx.palette.path, ctx.selection.keyframe);
@@ -367,10 +386,12 @@ fn caption(ui: &Ui, rect: Rect, ctx: &Ctx<'_>, scenery: &Scenery, hot: Option<Ha
             Some(("Drag to move, with Shift to turn, with Alt for height; the wheel turns".to_owned(), palette.soft))
         }
         (Some(Handle::Nose), None) => Some(("Drag to turn".to_owned(), palette.soft)),
-        (Some(Handle::Emitter), _) => Some(("Drag to move the emitter, with Alt for height".to_owned(), palette.soft)),
+        (Some(Handle::Emitter), _) => Some(("Drag to move the source, with Alt for height".to_owned(), palette.soft)),
         (Some(Handle::Source(further)), _) => {
-            let name = SOURCES.get(further).copied().unwrap_or_default();
-            Some((format!("Drag to move {}, with Alt for height", name.to_lowercase()), palette.soft))
+            let name = ctx.project_sources().name(1 + further);
+            let place = scenery.sources.get(further).copied().unwrap_or_default();
+            let outside = if ctx.is_outside(place) { ". It is outside of the walls" } else { "" };
+            Some((format!("{name}: drag to move, with Alt for height{outside}"), palette.soft))
         }
         (Some(Handle::Wall(_)), _) => Some(("Drag to move the wall".to_owned(), palette.soft)),
         (Some(Handle::Keyframe(index)), _) => {

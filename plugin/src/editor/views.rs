@@ -2,11 +2,12 @@
 
 use crate::answers::response::{Listening, Response};
 use crate::answers::reverberation::Wanted;
+use crate::answers::room_map::{Mapped, RoomMap};
 use crate::answers::settled::{Question, Settled};
 use crate::answers::tier_figures::{Figures, Judged};
 use crate::telemetry::loudness::{Loudness, LoudnessMeter, SoundQueue};
 use crate::worker::repaint::Repaint;
-use crate::worker::{JUDGE, METER, RESPONDER, TaskHandle, Worker};
+use crate::worker::{JUDGE, MAPPER, METER, RESPONDER, TaskHandle, Worker};
 use nice_plug::nice_error;
 use promenade_core::Scene;
 use promenade_room::Matched;
@@ -46,6 +47,7 @@ pub struct Views {
     response: Asker<Listening>,
     tiers: Asker<Judged>,
     reverberation: Asker<Wanted>,
+    map: Asker<Mapped>,
     loudness: Option<(Arc<LoudnessMeter>, TaskHandle)>,
 }
 
@@ -59,6 +61,7 @@ impl Views {
             response: Asker::new(repaint, &RESPONDER),
             tiers: Asker::new(repaint, &JUDGE),
             reverberation: Asker::new(repaint, &JUDGE),
+            map: Asker::new(repaint, &MAPPER),
             loudness: task.ok().map(|task| (meter, task)),
         }
     }
@@ -75,6 +78,13 @@ impl Views {
         self.reverberation.ask(wanted);
         let fresh = self.reverberation.settled.is_fresh();
         self.reverberation.settled.newest().filter(|_| fresh).map(|(_, found)| found)
+    }
+
+    /// Measures over the plan of a scene; none until they are known.
+    pub(super) fn map(&self, mapped: Mapped) -> Option<Arc<Result<RoomMap, String>>> {
+        self.map.ask(mapped);
+        let fresh = self.map.settled.is_fresh();
+        self.map.settled.newest().filter(|_| fresh).map(|(_, map)| map)
     }
 
     /// Asks for figures of a scene's tiers.

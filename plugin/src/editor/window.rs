@@ -3,6 +3,7 @@
 use super::app::App;
 use super::ctx::Instance;
 use super::geometry::Geometry;
+use crate::project::preferences::Preferences;
 use crate::project::settings::{EditorSettings, LEAST_SIZE};
 use crate::telemetry::host_side::Track;
 use nice_plug::context::gui::GuiContext;
@@ -20,6 +21,8 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
 use std::time::Duration;
 use thiserror::Error;
 
+/// A window that is shown closes within this time when it is asked to.
+const QUICK_END: Duration = Duration::from_millis(150);
 /// A window's thread is not waited for longer.
 const LONGEST_END: Duration = Duration::from_secs(5);
 
@@ -54,7 +57,8 @@ impl Editor for PromenadeEditor {
         gui_context: GuiContext,
         host: Option<HostMethods>,
     ) -> Result<SpawnedEditor<Self::Handle>, Box<dyn std::error::Error>> {
-        let EditorSettings { width, height, zoom, .. } = self.settings();
+        let EditorSettings { width, height, .. } = self.settings();
+        let own = Preferences::read().scale;
         // What was noted of a window that was never shown.
         self.geometry.closed();
         let scale = fallback_scale_factor.or_else(|| self.instance.host_side.scale());
@@ -62,10 +66,10 @@ impl Editor for PromenadeEditor {
             self.geometry.held().scale = scale;
         }
         let (instance, geometry, hint) = (self.instance.clone(), Arc::clone(&self.geometry), self.resize_hint());
-        let notifier = RepaintNotifier::new();
-        let theirs = notifier.clone();
+        let (notifier, shape) = (RepaintNotifier::new(), Arc::clone(&self.geometry));
+        let [theirs, asking] = [notifier.clone(), notifier.clone()];
         let open = move |parent: Option<ParentWindowHandle>, scale: Option<f64>| {
-            let state = EguiEditorState::from_size(LogicalSize::new(width, height), zoom);
+            let state = EguiEditorState::from_size(LogicalSize::new(width, height), own);
             let settings = EguiNiceSettings::new()
                 .with_tile("Promenade")
                 .with_resize_hint(hint)
@@ -77,11 +81,11 @@ impl Editor for PromenadeEditor {
             let SpawnedEditor { handle, window } = editor.spawn(parent, false, scale, gui_context, host)?;
             // The window library makes the window as if the host had named no scale, and draws at that scale.
             let now = window.size();
-            let wanted = LogicalSize::new(f64::from(width * zoom), f64::from(height * zoom)).to_physical(now.scale_factor);
+            let wanted = LogicalSize::new(f64::from(width * own), f64::from(height * own)).to_physical(now.scale_factor);
             if now.physical != wanted {
                 handle.set_size(NativeSize::from_size(wanted.into(), now.scale_factor), &window)?;
             }
-            Ok(Opened { handle, window: Some(window), ended })
+            Ok(Opened { geometry: shape, notifier: asking, handle, window: Some(window), ended })
         };
         let stage = if wait_for_parent {
             Stage::Waiting(Waiting { open: Box::new(open), parent, scale, size: None })
@@ -105,8 +109,9 @@ impl Editor for PromenadeEditor {
         match held.open {
             Some((width, height)) => NativeSize::from_size(PhysicalSize::new(width, height).into(), scale),
             None => {
-                let EditorSettings { width, height, zoom, .. } = self.settings();
-                NativeSize::from_size(LogicalSize::new(width * zoom, height * zoom).into(), scale)
+                let EditorSettings { width, height, .. } = self.settings();
+                let own = Preferences::read().scale;
+                NativeSize::from_size(LogicalSize::new(width * own, height * own).into(), scale)
             }
         }
     }
@@ -159,9 +164,12 @@ struct Waiting {
 
 /// A window that is there. When it is dropped its thread has ended.
 ///
-/// The window library asks the thread for an answer after it has told it to end, and goes its way when none comes. What the
-/// thread still had to do then ran beside the next window's beginning, or the end of the process.
+/// The window library asks the thread for an answer after it has told it to end, goes its way when none comes, and writes a
+/// warning into the host's log. What the thread still had to do then ran beside the next window's beginning, or the end of the
+/// process. So the thread is asked to end by itself first, which one that draws no more does not hear.
 struct Opened {
+    geometry: Arc<Geometry>,
+    notifier: RepaintNotifier,
     handle: EguiEditorHandle,
     window: Option<baseview::Window>,
     /// Disconnected when the thread has ended.
@@ -179,8 +187,11 @@ impl Opened {
 
 impl Drop for Opened {
     fn drop(&mut self) {
+        self.geometry.held().closing = true;
+        self.notifier.request_repaint();
+        let ended = self.window.is_some() && self.ended.recv_timeout(QUICK_END) == Err(RecvTimeoutError::Disconnected);
         drop(self.window.take());
-        if self.ended.recv_timeout(LONGEST_END) == Err(RecvTimeoutError::Timeout) {
+        if !ended && self.ended.recv_timeout(LONGEST_END) == Err(RecvTimeoutError::Timeout) {
             nice_warn!("the editor's window takes long to close");
         }
     }

@@ -37,11 +37,15 @@ table! {
         MatchLevels = ("Same loudness", "Plays a scene that is chosen here as loud as the one before it, and the project keeps \
             that; off, each is as loud as it is"),
         /// List of scenes.
-        Playing = ("Playing", "Who made the room that is heard, under which licence, and what its file holds"),
+        Playing = ("About this scene", "Who made the room that is heard, under which licence, and what its file holds"),
         /// View.
         Top = ("Top", "Looks at the place from above"),
         /// View.
         Orbit = ("3-D", "Looks at the place from any side: drag to turn, drag with Shift to move"),
+        /// View.
+        NoMap = ("No map", "Shows the plan without colours"),
+        /// View.
+        LevelMap = ("Level", "Colours the plan by how loud the source is there, at 500 Hz and 1 kHz, dB over its direct sound at 1 m"),
         /// View.
         Fit = ("Fit", "Shows everything (F, or a double click beside the listener)"),
         /// Right.
@@ -56,7 +60,7 @@ table! {
         UseHead = ("Choose", "Takes a SOFA file of head-related responses: one to choose, or the one that is named beside; \
             the project keeps it"),
         /// Right.
-        OwnHead = ("The scene's", "Goes back to the head that the scene was measured with"),
+        OwnHead = ("Scene's head", "Goes back to the head that the scene was measured with"),
         /// The sound panel.
         Headphones = ("Headphones", "Takes the colour of your headphones off what you hear, last of all; presets and undo \
             leave it as it is"),
@@ -66,9 +70,8 @@ table! {
         /// The sound panel.
         NoHeadphones = ("None", "What is heard goes out as it is"),
         /// Right.
-        EmitterOffset = ("Emitter offset", "How far the source is moved from where it was recorded, metres"),
-        /// Right.
-        Source = ("Source", "Which input's place is shown below; a click in the view chooses one too"),
+        Source = ("Source", "How far the source is moved from its place in the scene, and where you hear it from; with several, a \
+            click in the view chooses one"),
         /// Right.
         SourcePath = ("Choose", "Takes a file of a path for the source, as of a camera or an ADM object: one to choose, or the \
             one that is named beside. It is followed as Follow Path above says, and the project keeps it"),
@@ -121,11 +124,12 @@ table! {
         /// Drawer.
         DirectSound = ("Direct sound", "What both ears hear of the sound that comes straight from the source"),
         /// Direct sound.
-        Azimuth = ("Azimuth", "Direction of the source from the nose, to the left or to the right"),
+        Azimuth = ("Azimuth", "Direction of the source from the nose, positive to the left; drag or type, and the host writes the \
+            source's x and y"),
         /// Direct sound.
-        Elevation = ("Elevation", "Angle of the source above the head's level"),
+        Elevation = ("Elevation", "Angle of the source above the head's level; drag or type, and the host writes the source's place"),
         /// Direct sound.
-        Distance = ("Distance", "From the head to the source"),
+        Distance = ("Distance", "Metres from the head to the source; drag or type, and the host writes the source's place"),
         /// Direct sound.
         Emitter = ("Emitter", "The source of the sound"),
         /// Direct sound.
@@ -274,18 +278,38 @@ table! {
         SendAdm = ("As ADM-OSC", "Sends listener and source as ADM-OSC instead of the pose"),
         /// Open Sound Control.
         Host = ("Host", "Name or address of the machine that the pose is sent to"),
-        /// Drawer.
-        Presets = ("Presets", "Settings to begin with, of the factory and your own; copies of the two that are compared"),
-        /// Presets.
-        Compare = ("Compare", "A and B at the top are two settings to switch between while listening"),
-        /// Presets.
-        CopyToB = ("Copy A to B", "Makes the second setting like the one that is heard"),
-        /// Presets.
-        CopyToA = ("Copy B to A", "Makes the first setting like the one that is heard"),
-        /// Presets.
-        SaveAs = ("Save as", "Keeps all settings as a preset of your own under this name"),
+        /// Top line.
+        Presets = ("Presets", "Settings to begin with, of the factory and your own: choose one, or save how it sounds now"),
+        /// Top line.
+        PreviousPreset = ("\u{2039}", "The preset before the chosen one"),
+        /// Top line.
+        NextPreset = ("\u{203A}", "The preset after the chosen one"),
+        /// Top line.
+        CopyToB = ("A to B", "Makes the second setting like the one that is heard"),
+        /// Top line.
+        CopyToA = ("B to A", "Makes the first setting like the one that is heard"),
         /// Presets.
         Save = ("Save", "Writes the preset's file, over one of the same name"),
+        /// Drawer.
+        Sources = ("Sources", "All sources: names, colours, mute, solo, levels, and where each is heard from"),
+        /// Sources.
+        Arrange = ("Arrange", "Puts all sources where the room has place: on an arc before the listener, then in rows"),
+        /// Sources.
+        HearAll = ("Hear all", "Takes every mute and solo back"),
+        /// Sources.
+        SourceName = ("Name", "What the source plays, as the view and the lists show it; the project keeps it"),
+        /// Sources.
+        SourceColour = ("Colour", "The colour of the source in the view; the project keeps it"),
+        /// Sources.
+        NoColour = ("None", "The colour that sources have at first"),
+        /// Sources.
+        Mute = ("M", "Mute: the source is not heard, neither dry nor in the room"),
+        /// Sources.
+        Solo = ("S", "Solo: only sources with this pressed are heard"),
+        /// Camera path.
+        Timeline = ("Timeline", "The path over time with what was heard: drag a keyframe to another time"),
+        /// Errors.
+        TrueStereo = ("True stereo", "Plays left and right with a source each, 60 degrees apart (Stereo in the panel Sound)"),
         /// Errors.
         TryAgain = ("Try again", "Looks for the missing file once more"),
         ;

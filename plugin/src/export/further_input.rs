@@ -9,7 +9,7 @@ use promenade_core::{Further, Ramp};
 use std::ops::Range;
 
 /// Time in which a step of a level is taken, seconds.
-const RAMP_S: f64 = 0.001;
+pub(super) const RAMP_S: f64 = 0.001;
 
 /// Levels of the inputs, from block to block. The audio thread owns them.
 pub(super) struct FurtherInput<const FURTHER: usize> {

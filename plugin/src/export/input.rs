@@ -1,6 +1,9 @@
 //! What comes in on the main input.
 
+use super::further_input::RAMP_S;
+use crate::parameter::cast::{index, narrow};
 use nice_plug::prelude::Buffer;
+use promenade_core::Ramp;
 use std::ops::Range;
 
 /// A copy of the input, because hosts hand over the same buffer for input and output.
@@ -9,6 +12,8 @@ pub(super) struct Input {
     /// 1 for mono, else 2.
     pub(super) channels: usize,
     copy: [Vec<f32>; 2],
+    /// What the channels are taken at.
+    levels: Option<[Ramp; 2]>,
     /// Where the second channel of a pair goes whose first is the last.
     nowhere: Vec<f32>,
     #[cfg(feature = "standalone")]
@@ -25,6 +30,23 @@ impl Input {
     /// Samples that there is room for.
     pub(super) fn longest(&self) -> usize {
         self.copy[0].len().max(1)
+    }
+
+    /// The next level is taken at once.
+    pub(super) fn reset(&mut self) {
+        self.levels = None;
+    }
+
+    /// Brings the input of a block to a gain.
+    ///
+    /// # Real-time
+    /// Audio thread; no allocation, lock or I/O.
+    pub(super) fn take(&mut self, channels: &mut [&mut [f32]], gain: f32, sample_rate_hz: f64) {
+        let levels = self.levels.get_or_insert([Ramp::at(gain); 2]);
+        for (level, channel) in levels.iter_mut().zip(channels).take(self.channels) {
+            level.aim(gain, index(narrow(RAMP_S * sample_rate_hz)));
+            level.apply(channel);
+        }
     }
 
     /// Copies the first two channels of a stretch of a block, at most [`Input::longest`], and gives room for an output that

@@ -129,6 +129,7 @@ impl<const FURTHER: usize> Default for Promenade<FURTHER> {
                 repaint,
                 host_side,
                 account,
+                session: Arc::default(),
                 plugin: Arc::downgrade(&alive),
             },
             _alive: alive,
@@ -174,9 +175,9 @@ impl<const FURTHER: usize> Promenade<FURTHER> {
         time: &BlockTime,
     ) -> Option<HeardPose> {
         let total = buffer.samples();
-        let walk = self.playing.walk.as_deref();
+        let (walk, leader) = (self.playing.walk.as_deref(), self.playing.leader.as_deref());
         let paths = SourcePaths::new(self.playing.source_walks.as_deref(), self.playing.emitter());
-        let mut listener = self.listener.of_block(snapshot, from, (walk, paths), time, self.timing.sample_rate_hz);
+        let mut listener = self.listener.of_block(snapshot, from, (walk, leader, paths), time, self.timing.sample_rate_hz);
         let is_binaural = self.playing.is_binaural();
         let (spatializers, outputs) = (&mut self.playing.spatializers, buffer.as_slice());
         if outputs.len() < 2 {
@@ -194,6 +195,7 @@ impl<const FURTHER: usize> Promenade<FURTHER> {
             spatializers.iter_mut().for_each(Spatializer::reset);
             self.playing.headphones.reset();
         }
+        self.input.take(outputs, snapshot.first_gain, self.timing.sample_rate_hz);
         self.further.take(further, snapshot, from, total, self.timing.sample_rate_hz);
         let others = further.iter_mut().flat_map(|input| input.as_slice().iter_mut().map(|channel| &mut **channel));
         let inputs = outputs.iter_mut().map(|channel| &mut **channel).chain(others);
@@ -210,7 +212,7 @@ impl<const FURTHER: usize> Promenade<FURTHER> {
             block.emitters.offset += listener.source_offset(0, span.end - 1);
             let channels = self.input.channels;
             let (input, nowhere) = self.input.copied(outputs, span.clone());
-            self.monitor.measure_input(input);
+            self.monitor.measure_input(input, channels == 2);
             let on_path = |further| listener.source_offset(1 + further, span.end - 1);
             let others: [Further; FURTHER] = further_input::of_span(further, snapshot, from, span.clone(), share, on_path);
             self.monitor.measure_further(&others);
@@ -321,6 +323,7 @@ impl<const FURTHER: usize> Promenade<FURTHER> {
         self.listener.glide.jump();
         self.ramps = Ramps::default();
         self.further.reset();
+        self.input.reset();
         self.timing.quiet = 0;
         self.timing.clock = Clock::default();
     }

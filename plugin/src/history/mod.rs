@@ -4,6 +4,18 @@ pub mod presets;
 pub mod user_state;
 
 use crate::history::user_state::UserState;
+use crate::telemetry::waveform::Waveform;
+
+/// What an instance keeps from one window to the next.
+#[derive(Debug, Default)]
+pub struct Session {
+    /// Undo, redo, A and B.
+    pub history: History,
+    /// Name of the preset that was chosen last.
+    pub preset: Option<String>,
+    /// What was heard over the time of the transport.
+    pub waveform: Waveform,
+}
 
 /// Steps that can be undone.
 const LONGEST_HISTORY: usize = 200;
@@ -102,6 +114,17 @@ mod tests {
         assert_eq!(history.can(), (true, true), "nothing has changed");
         history.record(second, &third);
         assert_eq!(history.can(), (true, false), "a change after an undo forgets what was undone");
+    }
+
+    #[test]
+    fn a_step_holds_no_keyframes_of_its_own() {
+        use crate::project::params::PromenadeParams;
+        use crate::project::walk::SavedWalk;
+        use promenade_core::{Keyframe, Pose};
+        let keyframes = (0..360_000).map(|n| Keyframe { t_s: f64::from(n), pose: Pose::IDENTITY }).collect::<Vec<_>>();
+        let params = PromenadeParams::beginning_on(Some(&SavedWalk::of(&keyframes)));
+        let places = [0, 1].map(|_| UserState::of(&params).walk().keyframes.as_ptr());
+        assert_eq!(places[0], places[1], "20 MB are copied");
     }
 
     #[test]

@@ -3,8 +3,9 @@
 mod file;
 
 use crate::library::file::{file_name_of, read_limited, write_whole};
+use crate::library::scene_key::SceneKey;
 pub use file::About;
-use nice_plug::plugin::PluginState;
+use nice_plug::plugin::{ParamValue, PluginState};
 use promenade_fault::Fault;
 use std::io;
 use std::path::{Path, PathBuf};
@@ -57,6 +58,8 @@ pub struct Preset {
     pub file: Option<PathBuf>,
     /// What it says of itself.
     pub about: About,
+    /// The scene's file that it plays, if it does not play one that is built in.
+    pub scene: Option<SceneKey>,
 }
 
 /// What is expected of a preset's file.
@@ -89,7 +92,12 @@ pub fn list(folder: Option<&Path>) -> Vec<Preset> {
 
 /// The presets inside the plugin.
 pub fn factory() -> impl Iterator<Item = Preset> {
-    FACTORY.iter().map(|(name, bytes)| Preset { name: (*name).to_owned(), file: None, about: file::about(bytes) })
+    FACTORY.iter().map(|(name, bytes)| Preset {
+        name: (*name).to_owned(),
+        file: None,
+        about: file::about(bytes),
+        scene: scene_of(bytes),
+    })
 }
 
 /// The user's preset in a file; none where the file has another extension or is a copy of a factory preset.
@@ -97,9 +105,18 @@ pub fn factory() -> impl Iterator<Item = Preset> {
 pub fn of_file(path: &Path) -> Option<Preset> {
     let name = path.file_stem()?.to_str().filter(|_| path.extension().is_some_and(|e| e == EXTENSION))?;
     // Of what cannot be read, the error is for who chooses it.
-    let about = read_limited(path, LARGEST_FILE).map(|bytes| file::about(&bytes)).unwrap_or_default();
+    let bytes = read_limited(path, LARGEST_FILE).unwrap_or_default();
+    let about = file::about(&bytes);
     let is_copy = about.is_factory && FACTORY.iter().any(|(known, _)| *known == name);
-    (!is_copy).then(|| Preset { name: name.to_owned(), file: Some(path.to_owned()), about })
+    (!is_copy).then(|| Preset { name: name.to_owned(), file: Some(path.to_owned()), about, scene: scene_of(&bytes) })
+}
+
+/// The scene's file that the preset in a file's bytes plays.
+fn scene_of(bytes: &[u8]) -> Option<SceneKey> {
+    let state = file::state(bytes, FACTORY[0].1).ok()?;
+    let plays_file = matches!(state.params.get("scene"), Some(ParamValue::String(id)) if id == "library");
+    let scene = serde_json::from_str::<SceneKey>(state.fields.get("scene")?).ok()?;
+    Some(scene).filter(|scene| plays_file && scene.is_some())
 }
 
 /// The state in a preset.
@@ -142,9 +159,14 @@ pub fn save(folder: &Path, name: &str, state: &PluginState) -> Result<Preset, Fa
     let path = folder.join(format!("{name}.{EXTENSION}"));
     let io_error = Fault::write(&path);
     std::fs::create_dir_all(folder).map_err(&io_error)?;
-    let json = serde_json::to_vec(state).map_err(|error| io_error(io::Error::other(error)))?;
+    // Those belong to the project that it was made in.
+    let mut state = serde_json::to_value(state).map_err(|error| io_error(io::Error::other(error)))?;
+    if let Some(fields) = state["fields"].as_object_mut() {
+        fields.retain(|name, _| name != "project" && name != "leader");
+    }
+    let json = serde_json::to_vec(&state).map_err(|error| io_error(io::Error::other(error)))?;
     write_whole(&path, &file::write(&json, FACTORY[0].1)).map_err(io_error)?;
-    Ok(Preset { name: name.to_owned(), file: Some(path), about: About::default() })
+    Ok(Preset { name: name.to_owned(), file: Some(path), about: About::default(), scene: None })
 }
 
 fn state_in(bytes: &[u8], what: &str) -> Result<PluginState, Fault> {
@@ -154,8 +176,6 @@ fn state_in(bytes: &[u8], what: &str) -> Result<PluginState, Fault> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::library::scene_key::SceneKey;
-    use nice_plug::plugin::ParamValue;
 
     #[test]
     fn every_factory_preset_can_be_read() {
@@ -177,7 +197,7 @@ mod tests {
         state.params.insert("x".to_owned(), ParamValue::F32(-2.25));
         let saved = save(folder.path(), " Mine ", &state).unwrap();
         let listed = list(Some(folder.path()));
-        assert_eq!(listed.last(), Some(&saved));
+        assert_eq!(listed.last().map(|preset| (&preset.name, &preset.file)), Some((&saved.name, &saved.file)));
         assert_eq!(saved.name, "Mine");
         let json = |state: &PluginState| serde_json::to_string(state).unwrap();
         assert_eq!(json(&read(&saved).unwrap()), json(&state));
@@ -197,12 +217,15 @@ mod tests {
     fn every_factory_preset_says_what_it_is_for_and_plays_a_scene_that_is_installed() {
         const USES: [&str; 4] = ["speech", "music", "film", "walk"];
         let library = Path::new(env!("CARGO_MANIFEST_DIR")).join("../presets/library");
-        for Preset { name, about, file } in factory() {
+        for Preset { name, about, file, scene: of } in factory() {
             assert!(about.is_factory && about.sentence.ends_with('.'), "{name}: {about:?}");
             assert!(!about.uses.is_empty() && about.uses.iter().all(|word| USES.contains(&word.as_str())), "{name}: {about:?}");
-            let state = read(&Preset { name: name.clone(), about, file }).unwrap();
+            let state = read(&Preset { name: name.clone(), about, file, scene: None }).unwrap();
             let scene: SceneKey = serde_json::from_str(&state.fields["scene"]).unwrap();
             assert!(!scene.is_some() || library.join(scene.file_name()).is_file(), "{name}: {scene:?}");
+            assert_eq!(of.is_some(), scene.is_some(), "{name}");
+            let level = crate::library::factory::place(scene.file_name());
+            assert_eq!(level.is_some(), scene.is_some(), "{name} would play its dry track at its own level without its place");
         }
         for wanted in USES {
             assert!(factory().any(|preset| preset.about.uses.iter().any(|word| word == wanted)), "{wanted}");

@@ -11,6 +11,7 @@ use crate::project::matching::Matching;
 use crate::project::params::PromenadeParams;
 use crate::project::saved_head::SavedHead;
 use crate::project::source_walks::SavedSourceWalks;
+use crate::project::sources::SavedSources;
 use crate::project::state::{SOURCE_WALKS_FIELD, saved_value};
 use crate::project::walk::SavedWalk;
 use nice_plug::params::persist::{deserialize_field, serialize_field};
@@ -25,6 +26,7 @@ pub struct UserState {
     scene: SceneKey,
     walk: SavedWalk,
     source_walks: SavedSourceWalks,
+    sources: SavedSources,
     head: SavedHead,
     room: Option<DrawnRoom>,
     matching: Matching,
@@ -44,6 +46,7 @@ impl UserState {
             scene: params.scene_key.get().0,
             walk: params.saved_walk.get().0,
             source_walks: params.source_walks.get().0,
+            sources: params.sources.saved.get().0,
             head: params.head.get().0,
             room: params.room.get().0,
             matching: params.matching.get().0,
@@ -54,7 +57,8 @@ impl UserState {
     #[must_use]
     pub fn from_saved(mut saved: PluginState, base: &Self) -> Self {
         // A state without a head or paths of sources is one of before there were any.
-        let [has_head, has_source_walks] = ["head", SOURCE_WALKS_FIELD].map(|name| saved.fields.contains_key(name));
+        let [has_head, has_source_walks, has_sources] =
+            ["head", SOURCE_WALKS_FIELD, "sources"].map(|name| saved.fields.contains_key(name));
         crate::project::state::migrate(&mut saved);
         let mut state = base.clone();
         for parameter in Parameter::EVERY.into_iter().filter(|parameter| is_for_sound(*parameter)) {
@@ -74,6 +78,9 @@ impl UserState {
         if let Some(walks) = source_walks.and_then(|json| deserialize_field(json).ok()) {
             state.source_walks = walks;
         }
+        if let Some(sources) = field("sources").filter(|_| has_sources).and_then(|json| deserialize_field(json).ok()) {
+            state.sources = sources;
+        }
         if let Some(head) = field("head").filter(|_| has_head).and_then(|json| deserialize_field(json).ok()) {
             state.head = head;
         }
@@ -90,6 +97,12 @@ impl UserState {
     #[must_use]
     pub fn value(&self, parameter: Parameter) -> f32 {
         self.values[parameter.number()]
+    }
+
+    /// The camera path of the project.
+    #[must_use]
+    pub fn walk(&self) -> &SavedWalk {
+        &self.walk
     }
 
     /// The scene's slot in the library, and its file.
@@ -126,6 +139,7 @@ impl UserState {
             ("scene", serialize_field(&self.scene)?),
             ("walk", serialize_field(&self.walk)?),
             (SOURCE_WALKS_FIELD, serialize_field(&self.source_walks)?),
+            ("sources", serialize_field(&self.sources)?),
             ("head", serialize_field(&self.head)?),
             ("room", serialize_field(&self.room)?),
             ("matching", serialize_field(&self.matching)?),
@@ -152,6 +166,10 @@ impl UserState {
         }
         if params.source_walks.get().0 != self.source_walks {
             params.source_walks.restore(self.source_walks.clone());
+        }
+        if params.sources.saved.get().0 != self.sources {
+            params.sources.saved.supersede(self.sources.clone());
+            params.sources.follow();
         }
         if params.head.get().0 != self.head {
             params.head.restore(self.head.clone());

@@ -39,11 +39,56 @@ pub const ROOM_B: FactoryScene = FactoryScene {
     bytes: include_bytes!(concat!(env!("CARGO_MANIFEST_DIR"), "/../presets/scenes/iosr-room-b.promenade")),
 };
 
+/// A place that comes with Promenade, which factory presets name by its file.
+#[derive(Clone, Copy, Debug)]
+pub struct Place {
+    /// Name of its file.
+    pub file: &'static str,
+    /// Its level, as [`level_cb`](super::level::level_cb) has it.
+    pub level_cb: i32,
+}
+
+/// All of them. They are too large to be built in, but for [`STUDIO`].
+pub const PLACES: [Place; 11] = [
+    Place { file: "cathedral.promenade", level_cb: -121 },
+    Place { file: "club.promenade", level_cb: -92 },
+    Place { file: "concert-hall.promenade", level_cb: -115 },
+    Place { file: "corridor.promenade", level_cb: -106 },
+    Place { file: "courtyard.promenade", level_cb: -70 },
+    Place { file: "dry-studio.promenade", level_cb: -60 },
+    Place { file: "l-shaped-loft.promenade", level_cb: -72 },
+    Place { file: "living-room.promenade", level_cb: -49 },
+    Place { file: "parking-deck.promenade", level_cb: -54 },
+    Place { file: "stairwell.promenade", level_cb: -30 },
+    Place { file: "street.promenade", level_cb: -63 },
+];
+
+/// The place of a file name.
+#[must_use]
+pub fn place(file: &str) -> Option<&'static Place> {
+    PLACES.iter().find(|place| place.file == file)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::library::cache::content_hash;
-    use promenade_core::SceneCard;
+    use crate::library::level::level_cb;
+    use promenade_core::{Scene, SceneCard};
+    use std::path::Path;
+    use std::sync::Arc;
+
+    #[test]
+    fn places_are_as_loud_as_is_written_of_them() {
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../presets/library");
+        let level = |place: &Place| {
+            let scene = Scene::from_bytes(&std::fs::read(folder.join(place.file)).unwrap()).unwrap();
+            level_cb(&Arc::new(scene)).unwrap()
+        };
+        let wrong: Vec<_> =
+            PLACES.iter().map(|p| (p.file, p.level_cb, level(p))).filter(|(_, a, b)| (a - b).abs() > 1).collect();
+        assert!(wrong.is_empty(), "{wrong:?}");
+    }
 
     #[test]
     fn projects_that_name_the_loft_still_find_it() {

@@ -6,6 +6,7 @@ pub mod factory;
 pub(crate) mod file;
 pub mod level;
 pub mod lister;
+pub mod outline;
 pub mod scene_key;
 pub mod slots;
 
@@ -144,17 +145,16 @@ pub fn scene_of(folders: &[PathBuf], wanted: &SceneKey) -> Result<LoadedScene, L
     let same_name = |path: &&PathBuf| path.file_name().and_then(|n| n.to_str()) == Some(wanted.file_name());
     let by_name = wanted.places().into_iter().chain(library.iter().filter(same_name).cloned()).collect::<Vec<_>>();
     let found = by_name.iter().chain(&library).find(|path| holds(path, &wanted.hash));
-    let missing = || {
-        let SceneKey { title, hash, absolute, .. } = wanted;
-        let content = if hash.is_empty() { String::new() } else { format!(" (BLAKE3 {hash})") };
-        Fault::new(format!(
-            "scene \"{title}\"{content} is missing: it was at {}, and is in none of {folders:?}; the dry sound passes",
-            absolute.display()
-        ))
-    };
     // Of what is no regular file, the error says what it is.
     let there = || by_name.iter().find(|path| path.is_file()).or_else(|| by_name.iter().find(|path| path.exists()));
-    let path = found.or_else(there).ok_or_else(missing)?;
+    let Some(path) = found.or_else(there) else {
+        let studio = factory::STUDIO;
+        if wanted.file_name().strip_suffix(".promenade") != Some(studio.id) {
+            return Err(missing(folders, wanted).into());
+        }
+        let (scene, hash) = cache::factory_scene(studio)?;
+        return Ok(LoadedScene { scene, hash, key: wanted.clone(), note: String::new() });
+    };
     let (scene, hash) = scene_at(path)?;
     let changed = !wanted.hash.is_empty() && hash != wanted.hash;
     let note = if changed {
@@ -169,6 +169,25 @@ pub fn scene_of(folders: &[PathBuf], wanted: &SceneKey) -> Result<LoadedScene, L
         key = wanted.clone();
     }
     Ok(LoadedScene { scene, hash, key, note })
+}
+
+/// What a user is told of a scene whose file is not there: its name, and one way to get it.
+fn missing(folders: &[PathBuf], wanted: &SceneKey) -> Fault {
+    let (title, file) = (&wanted.title, wanted.file_name());
+    let own = folders.last().map_or_else(String::new, |folder| folder.display().to_string());
+    let way = match factory::place(file) {
+        Some(_) => format!("It is in the folder scenes of Promenade's archive: copy it to {own}, then press Try again"),
+        None => format!("It was at {}: copy it there or to {own}, then press Try again", wanted.absolute.display()),
+    };
+    Fault::new(format!("{file} of \"{title}\" is missing, and the dry sound passes at the scene's level. {way}"))
+}
+
+/// Whether a file of that name, or one that is built in for it, can be played.
+#[must_use]
+pub fn has_file(folders: &[PathBuf], wanted: &SceneKey) -> bool {
+    let file = wanted.file_name();
+    let is_there = || wanted.places().iter().any(|path| path.is_file()) || folders.iter().any(|f| f.join(file).is_file());
+    !wanted.is_some() || wanted.is_loft() || file.strip_suffix(".promenade") == Some(factory::STUDIO.id) || is_there()
 }
 
 /// Writes a scene with a title into the last of the folders, the library's own, as a new file of that name. Returns its path.

@@ -1,15 +1,15 @@
-//! Listener groups: one instance leads, the others hear with its listener.
+//! Listener groups: one instance leads, the others of its project hear with its listener.
 //!
 //! The groups belong to the process: instances of a host that runs each plugin in a process of its own meet over Open Sound
-//! Control instead.
+//! Control instead, or follow what was saved ([`crate::project::leader`]).
 
 use crate::listener::pose_cell::PoseCell;
 use crate::parameter::cast::narrow;
 use promenade_core::Pose;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-/// Groups in a process.
-pub const GROUPS: usize = 4;
+/// Groups that have a leader in a process, of all projects.
+const MOST_LED: usize = 32;
 /// Poses that a group keeps; leaders publish one a hop.
 const POSES: usize = 256;
 /// A follower that is further than this behind or ahead of the leader's time, seconds, takes its newest pose: their times do
@@ -18,12 +18,14 @@ const UNRELATED_S: f64 = 0.5;
 /// Nobody leads.
 const NOBODY: u64 = 0;
 
-static ALL: [Group; GROUPS] = [const { Group::new() }; GROUPS];
+static ALL: [Group; MOST_LED] = [const { Group::new() }; MOST_LED];
 static NEXT_ID: AtomicU64 = AtomicU64::new(NOBODY + 1);
 
 /// The poses of one leader over the time of the transport.
 struct Group {
     leader: AtomicU64,
+    /// The project's key of the group.
+    key: AtomicU64,
     /// Poses published so far.
     count: AtomicU64,
     poses: [PoseCell; POSES],
@@ -31,7 +33,8 @@ struct Group {
 
 impl Group {
     const fn new() -> Self {
-        Self { leader: AtomicU64::new(NOBODY), count: AtomicU64::new(0), poses: [const { PoseCell::new() }; POSES] }
+        let (leader, key) = (AtomicU64::new(NOBODY), AtomicU64::new(0));
+        Self { leader, key, count: AtomicU64::new(0), poses: [const { PoseCell::new() }; POSES] }
     }
 
     fn slot(&self, index: u64) -> &PoseCell {
@@ -67,16 +70,21 @@ impl Group {
     }
 }
 
-/// Whether a group has a leader.
+/// The group of a key, if it has a leader.
+fn led(key: u64) -> Option<&'static Group> {
+    ALL.iter().find(|group| group.key.load(Ordering::Acquire) == key)
+}
+
+/// Whether the group of a key ([`ProjectId::group`](crate::project::project_id::ProjectId::group)) has a leader.
 #[must_use]
-pub fn is_led(group: usize) -> bool {
-    ALL.get(group).is_some_and(|group| group.leader.load(Ordering::Acquire) != NOBODY)
+pub fn is_led(key: u64) -> bool {
+    led(key).is_some()
 }
 
 /// One instance's place in the groups. The audio thread owns it.
 pub struct Member {
     id: u64,
-    leads: Option<usize>,
+    leads: Option<(u64, &'static Group)>,
     /// By how much this instance is ahead of its leader, seconds: hosts process instances in any order.
     lag_s: f64,
 }
@@ -88,18 +96,25 @@ impl Default for Member {
 }
 
 impl Member {
-    /// Takes or leaves the lead. Returns whether this instance leads the group; another that came first keeps it.
+    /// Takes or leaves the lead of the group of a key. Returns whether this instance leads it; another that came first keeps it.
     ///
     /// # Real-time
     /// Audio thread; no allocation, lock or I/O.
-    pub fn lead(&mut self, wanted: Option<usize>) -> bool {
-        if self.leads != wanted {
+    pub fn lead(&mut self, wanted: Option<u64>) -> bool {
+        if self.leads.map(|(key, _)| key) != wanted {
             self.leave();
         }
-        if let Some(group) = wanted.and_then(|number| ALL.get(number)) {
-            let taken = group.leader.compare_exchange(NOBODY, self.id, Ordering::AcqRel, Ordering::Acquire);
-            if taken.is_ok() || taken == Err(self.id) {
-                self.leads = wanted;
+        if let Some(key) = wanted.filter(|key| self.leads.is_none() && !is_led(*key)) {
+            let is_ours =
+                |group: &&Group| group.leader.compare_exchange(NOBODY, self.id, Ordering::AcqRel, Ordering::Acquire).is_ok();
+            if let Some(group) = ALL.iter().find(is_ours) {
+                group.count.store(0, Ordering::Release);
+                group.key.store(key, Ordering::Release);
+                self.leads = Some((key, group));
+                // Of two that came at once the first keeps it.
+                if !led(key).is_some_and(|first| std::ptr::eq(first, group)) {
+                    self.leave();
+                }
             }
         }
         self.leads()
@@ -116,8 +131,9 @@ impl Member {
     /// # Real-time
     /// Audio thread; no allocation, lock or I/O.
     pub fn leave(&mut self) {
-        if let Some(group) = self.leads.take().and_then(|number| ALL.get(number)) {
-            let _not_ours = group.leader.compare_exchange(self.id, NOBODY, Ordering::AcqRel, Ordering::Relaxed);
+        if let Some((_, group)) = self.leads.take() {
+            group.key.store(0, Ordering::Release);
+            group.leader.store(NOBODY, Ordering::Release);
         }
     }
 
@@ -126,18 +142,18 @@ impl Member {
     /// # Real-time
     /// Audio thread; no allocation, lock or I/O.
     pub fn publish(&self, time_s: f64, pose: &Pose) {
-        let Some(group) = self.leads.and_then(|number| ALL.get(number)) else { return };
+        let Some((_, group)) = self.leads else { return };
         let count = group.count.load(Ordering::Relaxed);
         group.slot(count).write(time_s, pose);
         group.count.store(count + 1, Ordering::Release);
     }
 
-    /// Prepares to follow a group through a block that ends at `end_s`, seconds; `moved` when the transport was moved to it.
+    /// Prepares to follow the group of a key through a block that ends at `end_s`, seconds; `moved` when the transport was moved to it.
     ///
     /// # Real-time
     /// Audio thread; no allocation, lock or I/O.
-    pub fn follow(&mut self, group: usize, end_s: f64, moved: bool) -> Option<Following> {
-        let group = ALL.get(group).filter(|group| group.leader.load(Ordering::Acquire) != NOBODY)?;
+    pub fn follow(&mut self, key: u64, end_s: f64, moved: bool) -> Option<Following> {
+        let group = led(key)?;
         let (newest_s, newest) = group.newest()?;
         let behind_s = end_s - newest_s;
         if moved {
@@ -196,7 +212,7 @@ mod tests {
 
     #[test]
     fn a_follower_walks_with_its_leader_whoever_comes_first() {
-        for (group, leader_first) in [(0, true), (1, false)] {
+        for (group, leader_first) in [(9, true), (10, false)] {
             let (mut leader, mut follower) = (Member::default(), Member::default());
             assert!(leader.lead(Some(group)));
             let block = 8192;
@@ -225,22 +241,22 @@ mod tests {
     #[test]
     fn one_leads_and_the_next_takes_over_when_it_goes() {
         let (mut first, mut second) = (Member::default(), Member::default());
-        assert!(first.lead(Some(2)) && !second.lead(Some(2)));
-        assert!(is_led(2));
+        assert!(first.lead(Some(11)) && !second.lead(Some(11)));
+        assert!(is_led(11));
         drop(first);
-        assert!(!is_led(2));
-        assert!(second.follow(2, 0.0, false).is_none(), "nobody leads");
-        assert!(second.lead(Some(2)));
+        assert!(!is_led(11));
+        assert!(second.follow(11, 0.0, false).is_none(), "nobody leads");
+        assert!(second.lead(Some(11)));
         assert!(!second.lead(None));
-        assert!(!is_led(2));
+        assert!(!is_led(11));
     }
 
     #[test]
     fn a_leader_at_another_time_is_heard_where_it_is_now() {
         let (mut leader, mut follower) = (Member::default(), Member::default());
-        leader.lead(Some(3));
+        leader.lead(Some(12));
         leader.publish(100.0, &at_x(7.0));
-        let pose = follower.follow(3, 3.0, false).unwrap().pose(3.0).unwrap();
+        let pose = follower.follow(12, 3.0, false).unwrap().pose(3.0).unwrap();
         assert!((pose.position.x - 7.0).abs() < 1e-6);
     }
 }

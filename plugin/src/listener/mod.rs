@@ -17,6 +17,7 @@ use crate::listener::snapshot::Snapshot;
 use crate::listener::source_paths::SourcePaths;
 use crate::parameter::cast::narrow;
 use crate::parameter::choices::Tracking;
+use crate::project::leader::Leader;
 use crate::project::walk::Walk;
 use promenade_core::Pose;
 use promenade_core::glam::Vec3;
@@ -74,7 +75,7 @@ impl ListenerSources {
         &'a mut self,
         snapshot: &Snapshot<FURTHER>,
         from: Option<&Snapshot<FURTHER>>,
-        (walk, paths): (Option<&'a Walk>, SourcePaths<'a>),
+        (walk, leader, paths): (Option<&'a Walk>, Option<&'a Leader>, SourcePaths<'a>),
         time: &BlockTime,
         sample_rate_hz: f64,
     ) -> Listener<'a> {
@@ -91,6 +92,7 @@ impl ListenerSources {
             paths,
             tracked: self.inbox.tracked(),
             glide: &mut self.glide,
+            leader: leader.filter(|_| group.is_some()),
             following: group.and_then(|group| self.member.follow(group, time.end_s(), time.moved)),
             member: &self.member,
             start_s: time.start_s,
@@ -134,6 +136,8 @@ pub struct Listener<'a> {
     pub glide: &'a mut Glide,
     /// The group's leader, where this instance follows one.
     pub following: Option<Following>,
+    /// What is followed where nobody leads the group.
+    pub leader: Option<&'a Leader>,
     /// This instance's place in the groups.
     pub member: &'a Member,
     /// Time of the transport at the first sample, seconds.
@@ -196,9 +200,10 @@ impl Listener<'_> {
     pub(crate) fn end(&mut self, samples: usize, end_s: f64) -> HeardPose {
         let pose = self.publish(samples, end_s);
         let has_tracker = self.tracked.is_some();
-        let (base, tracked) = match self.following {
-            Some(_) => (Base::Group, false),
-            None => {
+        let (base, tracked) = match (&self.following, self.leader) {
+            (Some(_), _) => (Base::Group, false),
+            (None, Some(_)) => (Base::SavedLeader, false),
+            (None, None) => {
                 (self.sources.base(self.walk.is_some(), has_tracker), has_tracker && self.sources.tracking != Tracking::Off)
             }
         };
@@ -218,7 +223,8 @@ impl Listener<'_> {
 
     fn publish(&mut self, sample: usize, published_s: f64) -> Pose {
         let time_s = self.time_s(sample);
-        let pose = self.following.as_ref().and_then(|f| f.pose(time_s)).unwrap_or_else(|| {
+        let saved = || self.leader.map(|leader| leader.sources.pose(leader.walk.as_ref(), None, time_s));
+        let pose = self.following.as_ref().and_then(|f| f.pose(time_s)).or_else(saved).unwrap_or_else(|| {
             let tracked = self.tracked.map(|target| self.smoothed(&target, sample));
             self.sources_at(sample).pose(self.walk, tracked.as_ref(), time_s)
         });

@@ -37,6 +37,8 @@ pub enum Base {
     Tracker,
     /// The leader of the listener group.
     Group,
+    /// The leader as it was saved, because none leads the group here.
+    SavedLeader,
 }
 
 impl Sources {

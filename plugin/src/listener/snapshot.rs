@@ -15,12 +15,14 @@ use promenade_core::{BlockParams, EmitterParams, LiveParams, Pose, Trim};
 pub struct Snapshot<const FURTHER: usize = 0> {
     /// Where the listener's pose comes from.
     pub sources: Sources,
-    /// The listener group, and whether this instance leads it.
-    pub group: Option<usize>,
+    /// The key of the listener group.
+    pub group: Option<u64>,
     /// Whether this instance leads its group.
     pub leads: bool,
     /// Tier, mix, gain, bypass, what is changed about the sound, and where it is played from.
     pub block: BlockParams,
+    /// Gain of the first source's input: 0 where it is muted, else 1.
+    pub first_gain: f32,
     /// Further sources.
     pub further: [FurtherPlace; FURTHER],
 }
@@ -57,6 +59,7 @@ impl<const FURTHER: usize> Snapshot<FURTHER> {
     pub fn of(params: &PromenadeParams) -> Self {
         let value = |parameter| params.heard(parameter);
         let group = GroupChoice::from_index(params.index(Parameter::Group)).number();
+        let group = group.map(|number| params.project.group(number));
         Self {
             sources: sources_of(value),
             group,
@@ -71,7 +74,11 @@ impl<const FURTHER: usize> Snapshot<FURTHER> {
                 trim: trim_of(value),
                 emitters: EmitterParams { offset: emitter_offset_of(value), spread: value(Parameter::Spread).to_radians() },
             },
-            further: std::array::from_fn(|number| FurtherPlace::of(number, value)),
+            first_gain: if params.sources.is_heard(0) { 1.0 } else { 0.0 },
+            further: std::array::from_fn(|number| {
+                let place = FurtherPlace::of(number, value);
+                if params.sources.is_heard(1 + number) { place } else { FurtherPlace { gain: 0.0, ..place } }
+            }),
         }
     }
 }
@@ -158,8 +165,8 @@ mod tests {
         set(1, Part::Level, -20.0);
         set(0, Part::Level, -60.0);
         let [first, second] = Snapshot::of(&params).further;
-        assert_eq!((first.offset, first.gain), (Vec3::new(0.0, 0.5, 0.0), 0.0));
-        assert!(second.offset == Vec3::new(3.0, -0.5, 0.0) && (second.gain - 0.1).abs() < 1e-6, "{second:?}");
+        assert_eq!((first.offset, first.gain), (Vec3::new(-0.03, 0.29, 0.0), 0.0));
+        assert!(second.offset == Vec3::new(3.0, -0.29, 0.0) && (second.gain - 0.1).abs() < 1e-6, "{second:?}");
     }
 
     #[test]

@@ -43,6 +43,7 @@ fn turned(smooth: bool) -> Vec<f32> {
             tracked: Some(tracked),
             glide: &mut glide,
             following: None,
+            leader: None,
             member: &member,
             start_s,
             sample_s: RATE.recip(),

@@ -42,12 +42,12 @@ macro_rules! sources {
         static ROWS: [[Row; Part::ALL.len()]; MOST_FURTHER] = [$([
             Row {
                 id: concat!("ex", $number), name: concat!("Source ", $number, " Offset X"), module: concat!("Source ", $number),
-                values: METRES, default: 0.0, label: "x",
+                values: METRES, default: at_first($number).0, label: "x",
                 help: "Moves this source ahead from the place of the scene's source",
             },
             Row {
                 id: concat!("ey", $number), name: concat!("Source ", $number, " Offset Y"), module: concat!("Source ", $number),
-                values: METRES, default: in_a_row($number), label: "y",
+                values: METRES, default: at_first($number).1, label: "y",
                 help: "Moves this source to the left from the place of the scene's source",
             },
             Row {
@@ -66,11 +66,21 @@ macro_rules! sources {
     };
 }
 
-/// Where a source of this number stands along y at first, metres: by turns to the left and to the right of the emitter, half a
-/// metre apart.
-const fn in_a_row(number: usize) -> f32 {
-    let side = if number.is_multiple_of(2) { 0.5 } else { -0.5 };
-    side * (number / 2) as f32
+/// How far the sources of an arc about a listener 1.5 m behind the emitter are from it along x and y, metres: 11.25 degrees
+/// apart.
+const ARC: [(f32, f32); 8] =
+    [(-0.03, 0.29), (-0.11, 0.57), (-0.25, 0.83), (-0.44, 1.06), (-0.67, 1.25), (-0.93, 1.39), (-1.21, 1.47), (-1.5, 1.5)];
+
+/// Where a source of this number stands along x and y at first, metres from the emitter: by turns to the left and to the right,
+/// on an arc before the listener, then in rows of eight behind. All stand within the loft that a new instance plays.
+const fn at_first(number: usize) -> (f32, f32) {
+    let side = if number.is_multiple_of(2) { 1.0 } else { -1.0 };
+    if number < 2 * ARC.len() + 2 {
+        let (x, y) = ARC[number / 2 - 1];
+        return (x, side * y);
+    }
+    let beyond = number - 2 * ARC.len() - 2;
+    (-2.7 - 0.8 * (beyond / 8) as f32, side * 0.5 * (1 + beyond % 8 / 2) as f32)
 }
 
 sources!(
@@ -109,10 +119,18 @@ mod tests {
     use super::*;
 
     #[test]
-    fn sources_stand_in_a_row_and_are_counted_from_two() {
+    fn sources_stand_apart_within_the_loft_and_are_counted_from_two() {
         let of = |further, part| SourceKnob { further, part }.row();
-        let row: Vec<_> = (0..4).map(|further| of(further, Part::Y).default).collect();
-        assert_eq!(row, [0.5, -0.5, 1.0, -1.0]);
+        let at = |further| [Part::X, Part::Y].map(|part| of(further, part).default);
+        assert_eq!([at(0), at(1), at(15), at(16)], [[-0.03, 0.29], [-0.03, -0.29], [-1.5, -1.5], [-2.7, 0.5]]);
+        // The walls of `loft.obj` about its emitter at (1.5, 0), on this side of its corner.
+        let inside = |[x, y]: [f32; 2]| (-7.6..1.4).contains(&x) && (-2.6..2.4).contains(&y);
+        for further in 0..MOST_FURTHER {
+            let [x, y] = at(further);
+            assert!(inside([x, y]), "source {} is outside: {x}, {y}", further + 2);
+            let near = |other: &usize| (at(*other)[0] - x).hypot(at(*other)[1] - y) < 0.25;
+            assert!(!(0..further).any(|other| near(&other)), "source {} is on another", further + 2);
+        }
         assert_eq!((of(0, Part::X).id, of(14, Part::Level).id), ("ex2", "level16"));
         assert_eq!(of(MOST_FURTHER - 1, Part::Z).id, "ez64");
         assert_eq!((of(1, Part::Z).name, of(1, Part::Z).module), ("Source 3 Offset Z", SOURCES[1]));

@@ -10,6 +10,7 @@ use crate::parameter::Parameter;
 use crate::parameter::cast::{index, narrow};
 use crate::playing::output::{Output, Pairs};
 use crate::project::exchange::{Choices, Exchange};
+use crate::project::leader::Leader;
 use crate::project::params::PromenadeParams;
 use crate::project::source_walks::{SavedSourceWalks, SourceWalks};
 use crate::project::walk::{SavedWalk, Walk};
@@ -45,6 +46,8 @@ pub enum Retired {
     Walk(Arc<Walk>),
     /// Paths of sources.
     SourceWalks(SourceWalks),
+    /// A leader.
+    Leader(Arc<Leader>),
     /// A filter of headphones.
     Headphones(Box<HeadphoneFilter>),
 }
@@ -71,6 +74,8 @@ pub struct Loader {
     pub walks: ArrayQueue<Option<Arc<Walk>>>,
     /// The newest paths of sources; they replace those that were not fetched.
     pub source_walks: ArrayQueue<SourceWalks>,
+    /// What the project has saved of the group's leader; it replaces one that was not fetched.
+    pub leaders: ArrayQueue<Option<Arc<Leader>>>,
     /// The newest filter of headphones, or that there is none any more; it replaces one that was not fetched.
     pub headphones: ArrayQueue<Option<Box<HeadphoneFilter>>>,
     /// From the audio thread, to be dropped.
@@ -114,6 +119,7 @@ impl Loader {
             scenes: ArrayQueue::new(1),
             walks: ArrayQueue::new(1),
             source_walks: ArrayQueue::new(1),
+            leaders: ArrayQueue::new(1),
             headphones: ArrayQueue::new(1),
             retired: ArrayQueue::new(RETIRED_CAPACITY),
             loaded: Mutex::default(),
@@ -129,6 +135,10 @@ impl Loader {
         loader.params.headphones.on_restore(&loader, Self::restored_headphones);
         loader.params.saved_walk.on_restore(&loader, Self::refresh_walk);
         loader.params.source_walks.on_restore(&loader, Self::refresh_source_walks);
+        loader.params.leader.0.on_restore(&loader, |loader| {
+            let saved = loader.params.leader.0.get().0;
+            drop(loader.leaders.force_push(saved.map(|saved| saved.ready())));
+        });
         loader
     }
 

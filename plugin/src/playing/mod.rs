@@ -19,6 +19,7 @@ use crate::playing::gap::Gap;
 use crate::playing::loader::{Loader, Prepared, Retired};
 use crate::playing::output::{Output, Pairs};
 use crate::project::exchange::Choices;
+use crate::project::leader::Leader;
 use crate::project::source_walks::SourceWalks;
 use crate::project::walk::Walk;
 use crate::worker::{LOADER, TaskHandle};
@@ -45,6 +46,8 @@ pub(crate) struct Playing {
     pub(crate) walk: Option<Arc<Walk>>,
     /// The paths of the sources, if there are any.
     pub(crate) source_walks: Option<SourceWalks>,
+    /// What is followed where nobody leads the group.
+    pub(crate) leader: Option<Arc<Leader>>,
     /// What the listener's headphones need, last of all.
     pub(crate) headphones: HeadphoneStage,
     /// The gain at which the dry sound passes, because the scene that is chosen is missing.
@@ -70,6 +73,7 @@ impl Playing {
             spatializers: Vec::new(),
             walk: None,
             source_walks: None,
+            leader: None,
             headphones: HeadphoneStage::default(),
             dry: None,
             gap: Gap::default(),
@@ -248,6 +252,11 @@ impl Playing {
             && let Some(walks) = self.loader.source_walks.pop()
         {
             *held = self.source_walks.replace(walks).and_then(|old| retire(Retired::SourceWalks(old)));
+        }
+        if held.is_none()
+            && let Some(leader) = self.loader.leaders.pop()
+        {
+            *held = std::mem::replace(&mut self.leader, leader).and_then(|old| retire(Retired::Leader(old)));
         }
         if held.is_none() {
             *held = self.headphones.take_retired().and_then(|filter| retire(Retired::Headphones(filter)));

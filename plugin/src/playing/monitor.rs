@@ -15,6 +15,10 @@ use std::time::Duration;
 /// Time between two pictures when only levels or the time change, seconds.
 const LEVELS_S: f64 = 1.0 / 30.0;
 
+/// Channels cancel each other where their difference has so many times the energy of their sum, 20 dB, over some seconds.
+const CANCELS: f32 = 100.0;
+const CANCELS_S: f32 = 1.0;
+
 /// Fainter samples are no sound: -100 dBFS.
 const SILENCE: f32 = 1e-5;
 
@@ -27,6 +31,9 @@ pub(crate) struct Monitor<const FURTHER: usize> {
     shown: Frame,
     shown_snapshot: Option<Snapshot<FURTHER>>,
     since_shown_s: f64,
+    /// Energies of both channels' sum and of their difference, of late.
+    sum: f32,
+    difference: f32,
     sound: SoundWriter,
 }
 
@@ -34,16 +41,23 @@ impl<const FURTHER: usize> Monitor<FURTHER> {
     /// Shows nothing yet.
     pub(crate) fn new(telemetry: Arc<Telemetry>, repaint: Repaint) -> Self {
         let (frame, shown) = (Frame::default(), Frame::default());
-        Self { telemetry, repaint, frame, shown, shown_snapshot: None, since_shown_s: 0.0, sound: SoundWriter::default() }
+        let (sum, difference, sound) = Default::default();
+        Self { telemetry, repaint, frame, shown, shown_snapshot: None, since_shown_s: 0.0, sum, difference, sound }
     }
 
     /// Measures a part of the input's channels.
     ///
     /// # Real-time
     /// Audio thread; no allocation, lock or I/O.
-    pub(crate) fn measure_input(&mut self, channels: [&[f32]; 2]) {
+    pub(crate) fn measure_input(&mut self, channels: [&[f32]; 2], is_stereo: bool) {
         if self.telemetry.watched.is_on() {
-            raise(&mut self.frame.input_peak, channels.map(peak));
+            let peaks = channels.map(peak);
+            raise(&mut self.frame.input_peak, peaks);
+            self.frame.source_peaks[0] = peaks.into_iter().fold(self.frame.source_peaks[0], f32::max);
+            for (left, right) in channels[0].iter().zip(channels[1]).filter(|_| is_stereo) {
+                self.sum += (left + right) * (left + right);
+                self.difference += (left - right) * (left - right);
+            }
         }
     }
 
@@ -56,6 +70,8 @@ impl<const FURTHER: usize> Monitor<FURTHER> {
             for (number, source) in further.iter().enumerate() {
                 let peak = peak(source.input);
                 raise(&mut self.frame.input_peak, [peak, 0.0]);
+                let held = &mut self.frame.source_peaks[1 + number];
+                *held = held.max(peak);
                 self.frame.sounding |= u64::from(peak > SILENCE) << number;
             }
         }
@@ -90,6 +106,9 @@ impl<const FURTHER: usize> Monitor<FURTHER> {
             frame.tier = renderer.played_tier(snapshot.block.tier);
             frame.show(renderer);
         }
+        frame.cancels = self.difference > CANCELS * self.sum.max(SILENCE);
+        let kept = (-narrow(time.length_s) / CANCELS_S).exp();
+        (self.sum, self.difference) = (self.sum * kept, self.difference * kept);
         frame.add_load(narrow(took.as_secs_f64() / time.length_s.max(1e-9)), narrow(time.length_s));
         // Levels and time alone are shown less often; none is lost, peaks wait for the next picture.
         self.since_shown_s += time.length_s;
@@ -102,6 +121,7 @@ impl<const FURTHER: usize> Monitor<FURTHER> {
         }
         self.telemetry.publish(frame);
         (frame.input_peak, frame.output_peak, frame.sounding) = ([0.0; 2], [0.0; 2], 0);
+        frame.source_peaks.fill(0.0);
     }
 }
 

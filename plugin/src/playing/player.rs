@@ -16,8 +16,6 @@ use std::sync::{Mutex, OnceLock};
 
 /// The fade at a start or a stop, seconds.
 const FADE_S: f64 = 0.005;
-/// Longer files are refused, samples of all channels: an hour of stereo at 48 kHz.
-const LONGEST: u64 = 2 * 48_000 * 3_600;
 
 /// What [`Player::begin_at`] takes.
 pub const LATENCIES: &str = "frame, 64 or none";
@@ -73,9 +71,9 @@ impl Player {
     /// Reads a WAV or FLAC file of one or two channels and plays it from its start.
     ///
     /// # Errors
-    /// The file cannot be read, has more than two channels, or is longer than an hour of stereo at 48 kHz.
+    /// The file cannot be read, has more than two channels, or is longer than [`sound::MAX_SAMPLES`].
     pub fn open(&self, path: &Path) -> Result<(), FileError> {
-        let wav = sound::read_limited(path, LONGEST)?;
+        let wav = sound::read(path)?;
         if wav.channels.len() > 2 {
             return Err(FileError::content(path, "one or two channels", wav.channels.len().to_string()));
         }

@@ -9,14 +9,17 @@ use crate::parameter::choices::{Follow, LatencyChoice, SceneChoice};
 use crate::parameter::remote::Remote;
 use crate::parameter::source_knob::Part;
 use crate::project::hosted::Hosted;
+use crate::project::leader::GroupLeader;
 use crate::project::matching::Matching;
 use crate::project::osc_config::OscConfig;
 use crate::project::persisted::Persisted;
+use crate::project::project_id::ProjectId;
 use crate::project::saved_head::SavedHead;
 use crate::project::saved_headphones::SavedHeadphones;
 use crate::project::settings::EditorSettings;
 use crate::project::slots::ProjectSlots;
 use crate::project::source_walks::SavedSourceWalks;
+use crate::project::sources::ProjectSources;
 use crate::project::state::StateVersion;
 use crate::project::walk::SavedWalk;
 use nice_plug::prelude::*;
@@ -35,6 +38,12 @@ pub struct PromenadeParams {
     /// The version of the saved state.
     #[persist = "version"]
     pub state_version: StateVersion,
+    /// Which project the instance belongs to.
+    #[persist = "project"]
+    pub project: ProjectId,
+    /// What moved the leader of the group, which is followed where none leads.
+    #[persist = "leader"]
+    pub leader: GroupLeader,
     /// The library's files that slots stand for.
     #[persist = "slots"]
     pub slots: ProjectSlots,
@@ -47,6 +56,9 @@ pub struct PromenadeParams {
     /// The paths of the sources.
     #[persist = "walks"]
     pub source_walks: Persisted<SavedSourceWalks>,
+    /// Names and colours of the sources, and which of them are heard.
+    #[persist = "sources"]
+    pub sources: ProjectSources,
     /// The user's own head, where it takes the place of the scene's.
     #[persist = "head"]
     pub head: Persisted<SavedHead>,
@@ -90,9 +102,12 @@ impl PromenadeParams {
             slots,
             revision: IntParam::new("Revision", 0, IntRange::Linear { min: 0, max: REVISIONS }).hide().non_automatable(),
             state_version: StateVersion,
+            project: ProjectId::default(),
+            leader: GroupLeader::default(),
             scene_key: Persisted::new(SceneKey::loft()),
             saved_walk: Persisted::new(walk.cloned().unwrap_or_default()),
             source_walks: Persisted::default(),
+            sources: ProjectSources::default(),
             head: Persisted::default(),
             headphones: Persisted::default(),
             room: Persisted::default(),

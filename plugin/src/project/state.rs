@@ -23,6 +23,8 @@ const ROOM_FIELD: &str = "room";
 const MATCHING_FIELD: &str = "matching";
 /// Key of the user's own head.
 const HEAD_FIELD: &str = "head";
+/// Key of what moved the leader of the group.
+const LEADER_FIELD: &str = "leader";
 /// Key of the paths of sources.
 pub(crate) const SOURCE_WALKS_FIELD: &str = "walks";
 /// Key of the library scene of the project.
@@ -74,6 +76,10 @@ pub fn migrate(state: &mut PluginState) {
     state.fields.entry(ROOM_FIELD.to_owned()).or_insert_with(|| "null".to_owned());
     // States of before levels were matched play each scene as loud as it is.
     state.fields.entry(MATCHING_FIELD.to_owned()).or_insert_with(|| "{}".to_owned());
+    // States of before sources had names hear all of them.
+    state.fields.entry("sources".to_owned()).or_insert_with(|| "{}".to_owned());
+    // States of before followers kept their leader have none.
+    state.fields.entry(LEADER_FIELD.to_owned()).or_insert_with(|| "null".to_owned());
     // States of before sources had paths have none.
     state.fields.entry(SOURCE_WALKS_FIELD.to_owned()).or_insert_with(|| "{}".to_owned());
     // States of before slots kept their files have that of the one slot that is chosen.
@@ -165,12 +171,15 @@ mod tests {
                     "editor",
                     "head",
                     "headphones",
+                    "leader",
                     "matching",
                     "osc",
+                    "project",
                     "remote",
                     "room",
                     "scene",
                     "slots",
+                    "sources",
                     "version",
                     "walk",
                     "walks"

@@ -4,15 +4,47 @@ use crate::library;
 use promenade_core::{CameraPath, Keyframe, KeyframeEntry, Playback};
 use promenade_fault::Fault;
 use promenade_paths::ImportOptions;
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
+use std::ops::Deref;
 use std::path::Path;
+use std::sync::Arc;
+
+/// Keyframes that copies of a path share: a step that can be undone holds none of its own.
+#[derive(Clone, Debug, Default)]
+pub struct Keyframes(Arc<[KeyframeEntry]>);
+
+impl Deref for Keyframes {
+    type Target = [KeyframeEntry];
+
+    fn deref(&self) -> &Self::Target {
+        &self.0
+    }
+}
+
+impl PartialEq for Keyframes {
+    fn eq(&self, other: &Self) -> bool {
+        Arc::ptr_eq(&self.0, &other.0) || self.0 == other.0
+    }
+}
+
+impl Serialize for Keyframes {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        self.0.serialize(serializer)
+    }
+}
+
+impl<'de> Deserialize<'de> for Keyframes {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        Vec::deserialize(deserializer).map(|keyframes| Self(keyframes.into()))
+    }
+}
 
 /// A camera path as the project keeps it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct SavedWalk {
     /// Poses in rising order of time; none means there is no path.
-    pub keyframes: Vec<KeyframeEntry>,
+    pub keyframes: Keyframes,
     /// Path seconds per second of the transport; negative runs backwards.
     pub speed: f64,
     /// Start over at the end instead of staying there.
@@ -35,7 +67,7 @@ pub struct Walk {
 
 impl Default for SavedWalk {
     fn default() -> Self {
-        Self { keyframes: Vec::new(), speed: 1.0, looping: false, slot: 0, name: String::new() }
+        Self { keyframes: Keyframes::default(), speed: 1.0, looping: false, slot: 0, name: String::new() }
     }
 }
 
@@ -57,7 +89,7 @@ impl SavedWalk {
     /// A path through these keyframes, run through once at its own speed.
     #[must_use]
     pub fn of(keyframes: &[Keyframe]) -> Self {
-        Self { keyframes: keyframes.iter().map(|k| KeyframeEntry::from(*k)).collect(), ..Self::default() }
+        Self { keyframes: Keyframes(keyframes.iter().map(|k| KeyframeEntry::from(*k)).collect()), ..Self::default() }
     }
 
     /// The path in radians, or `None` when it has no keyframes.

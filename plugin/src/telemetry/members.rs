@@ -2,7 +2,9 @@
 
 use crate::budget::{Account, Grant};
 use crate::parameter::Parameter;
+use crate::parameter::cast::index;
 use crate::parameter::choices::GroupChoice;
+use crate::project::leader::{GroupLeader, SavedLeader};
 use crate::project::params::PromenadeParams;
 use crate::telemetry::host_side::{HostSide, Track};
 use crate::worker::lock::lock;
@@ -58,13 +60,28 @@ pub fn spending() -> Vec<Spending> {
         .collect()
 }
 
-/// The instances of a group, in the order in which they came.
+/// The key of the group that an instance is in.
+fn group_of(params: &PromenadeParams) -> Option<u64> {
+    let group = GroupChoice::from_index(index(params.heard(Parameter::Group))).number();
+    group.map(|number| params.project.group(number))
+}
+
+/// What moves the leader of the group whose follower has this field; none where the instance leads, or follows nobody here.
 #[must_use]
-pub fn of_group(group: GroupChoice) -> Vec<Member> {
+pub fn leader_of(field: &GroupLeader) -> Option<Option<SavedLeader>> {
+    let all: Vec<_> = lock(&ALL).iter().filter_map(|known| known.params.upgrade()).collect();
+    let leads = |params: &PromenadeParams| params.heard(Parameter::Lead) > 0.5;
+    let of = all.iter().find(|params| std::ptr::eq(&params.leader, field))?;
+    let Some(group) = group_of(of).filter(|_| !leads(of)) else { return Some(None) };
+    all.iter().find(|other| leads(other) && group_of(other) == Some(group)).map(|leader| Some(SavedLeader::of(leader)))
+}
+
+/// The instances of a group by its key, in the order in which they came.
+#[must_use]
+pub fn of_group(key: u64) -> Vec<Member> {
     let alive = |known: &Known| Some((known.params.upgrade()?, known.side.upgrade()?));
     let all: Vec<_> = lock(&ALL).iter().filter_map(alive).collect();
-    let in_group = |params: &PromenadeParams| params.heard(Parameter::Group) == group.to_index() as f32;
-    let members = all.into_iter().filter(|(params, _)| in_group(params));
+    let members = all.into_iter().filter(|(params, _)| group_of(params) == Some(key));
     members.map(|(params, side)| Member { track: side.track(), leads: params.heard(Parameter::Lead) > 0.5 }).collect()
 }
 
@@ -85,8 +102,13 @@ mod tests {
             (params, side)
         };
         let (first, second) = (instance("Violin", false), instance("Choir", true));
-        let names = || of_group(GroupChoice::D).into_iter().map(|m| (m.track.name, m.leads)).collect::<Vec<_>>();
+        let key = PromenadeParams::default().project.group(3);
+        let names = || of_group(key).into_iter().map(|m| (m.track.name, m.leads)).collect::<Vec<_>>();
         assert_eq!(names(), [("Violin".to_owned(), false), ("Choir".to_owned(), true)]);
+        second.0.remote.set(Parameter::X, 2.5, 0.0);
+        assert_eq!(leader_of(&second.0.leader), Some(None), "who leads follows nobody");
+        let saved = leader_of(&first.0.leader).flatten().unwrap();
+        assert_eq!((saved.ready().sources.knobs.position.x, &saved), (2.5, &SavedLeader::of(&second.0)));
         drop(first);
         assert_eq!(names(), [("Choir".to_owned(), true)]);
         drop(second);

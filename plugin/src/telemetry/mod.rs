@@ -4,10 +4,12 @@ pub mod attention;
 pub mod host_side;
 pub mod loudness;
 pub mod members;
+pub mod waveform;
 
 use crate::listener::pose_cell::PoseCell;
 use crate::listener::pose_sources::Base;
 use crate::parameter::cast::{index, narrow};
+use crate::parameter::source_knob::MOST_INPUTS;
 use crate::telemetry::loudness::SoundQueue;
 use crate::worker::flag::Flag;
 use crossbeam_queue::ArrayQueue;
@@ -52,6 +54,10 @@ pub struct Frame {
     pub ild_db: f32,
     /// Further sources that have sounded since the last frame, a bit each from the lowest on.
     pub sounding: u64,
+    /// Peak of each source since the last frame, that of the first and those of further ones, linear.
+    pub source_peaks: [f32; MOST_INPUTS],
+    /// Whether the input's channels cancel each other where one source plays both.
+    pub cancels: bool,
     /// Peaks of the input's channels since the last frame, linear.
     pub input_peak: [f32; 2],
     /// Peaks of both ears since the last frame, linear.
@@ -76,6 +82,8 @@ impl Default for Frame {
             itd_s: 0.0,
             ild_db: 0.0,
             sounding: 0,
+            source_peaks: [0.0; MOST_INPUTS],
+            cancels: false,
             input_peak: [0.0; 2],
             output_peak: [0.0; 2],
             load: 0.0,
@@ -120,7 +128,7 @@ impl Frame {
     /// Audio thread; no allocation, lock or I/O.
     #[must_use]
     pub fn differs_from(&self, seen: &Self) -> bool {
-        let states = |f: &Self| (f.base, f.tracked, f.leads, f.playing, f.tier, f.dry, f.offline, f.sounding);
+        let states = |f: &Self| (f.base, f.tracked, f.leads, f.playing, f.tier, f.dry, f.offline, f.sounding, f.cancels);
         let near = |a: f32, b: f32, step: f32| (a - b).abs() < step;
         let moved = (self.pose.position - seen.pose.position).length() >= SEEN_M;
         // The chord between two unit quaternions of the same sign is half the angle.
@@ -180,8 +188,8 @@ pub fn decibels(gain: f32) -> f32 {
     if gain > 1e-6 { 20.0 * gain.log10() } else { FLOOR_DB }
 }
 
-/// Raises the peaks of two channels to others.
-pub(crate) fn raise(peaks: &mut [f32; 2], to: [f32; 2]) {
+/// Raises the peaks of channels to others.
+pub(crate) fn raise<const N: usize>(peaks: &mut [f32; N], to: [f32; N]) {
     peaks.iter_mut().zip(to).for_each(|(peak, to)| *peak = peak.max(to));
 }
 
@@ -235,11 +243,12 @@ impl Telemetry {
     /// Audio thread; no allocation, lock or I/O.
     pub fn publish(&self, frame: &Frame) {
         let unseen = self.fresh.pop();
-        let kept = unseen.as_ref().map(|old| (old.input_peak, old.output_peak, old.sounding));
+        let kept = unseen.as_ref().map(|old| (old.input_peak, old.output_peak, old.sounding, old.source_peaks));
         if let Some(mut held) = unseen.or_else(|| self.spare.pop()) {
             *held = frame.clone();
-            if let Some((input, output, sounding)) = kept {
+            if let Some((input, output, sounding, sources)) = kept {
                 held.sounding |= sounding;
+                raise(&mut held.source_peaks, sources);
                 raise(&mut held.input_peak, input);
                 raise(&mut held.output_peak, output);
             }

@@ -44,6 +44,8 @@ pub static LISTER: Worker = Worker::new("promenade-lister");
 pub static RESPONDER: Worker = Worker::detached("promenade-response");
 /// Measures the tiers of a scene for an editor; apart from the responder, because it takes longer.
 pub static JUDGE: Worker = Worker::detached("promenade-judge");
+/// Measures a scene over its plan for an editor.
+pub static MAPPER: Worker = Worker::detached("promenade-map");
 /// Shares the budget of processor time out among all instances.
 pub static ALLOCATOR: Worker = Worker::new("promenade-budget");
 /// Measures loudness for an editor.

@@ -1,20 +1,10 @@
-//! Credit, licence and notes of the scene that is played, below the list.
+//! Credit, licence and notes of the scene that is played.
 
 use super::line::size;
 use crate::editor::theme::{Palette, SPACE};
-use crate::editor::widgets::{heading, note};
-use crate::editor::words::Word;
+use crate::editor::widgets::note;
 use egui::{RichText, ScrollArea, Ui, Vec2};
 use promenade_core::Scene;
-
-/// The scene's credit and notes are shown from this height on, points.
-const LEAST_ABOUT: f32 = 156.0;
-
-/// Height of credit and notes below the list, points: as much as their text needs, but the list keeps half, and all of a low
-/// window.
-pub(super) fn about_height(all: f32, wanted: f32) -> f32 {
-    if all > 2.0 * LEAST_ABOUT { wanted.clamp(LEAST_ABOUT, all / 2.0) } else { 0.0 }
-}
 
 /// Notes that programs write for programs are long; a person wants their beginning.
 const LONGEST_NOTE: usize = 120;
@@ -26,47 +16,27 @@ fn beginning(text: &str) -> String {
     format!("{} ...", &text[..cut])
 }
 
-/// Credit, licence and notes of the scene that is played; returns the height that they want.
-pub(super) fn about_scene(ui: &mut Ui, palette: &Palette, scene: &Scene) -> f32 {
-    let top = ui.cursor().top();
-    ui.add_space(SPACE);
-    let rule = ui.available_rect_before_wrap();
-    ui.painter().hline(rule.x_range(), rule.top(), egui::Stroke::new(1.0, palette.line));
-    heading(ui, palette, Word::Playing);
-    let head = ui.cursor().top() - top;
-    let shown = ScrollArea::vertical().id_salt("playing").auto_shrink(false).show(ui, |ui| {
+/// Credit, licence and notes of the scene that is played.
+pub(super) fn about_scene(ui: &mut Ui, palette: &Palette, scene: &Scene) {
+    ScrollArea::vertical().id_salt("about").auto_shrink(false).show(ui, |ui| {
         ui.set_width(ui.available_width() - 4.0);
         ui.spacing_mut().item_spacing = Vec2::new(SPACE, 2.0);
         ui.label(RichText::new(scene.title()).color(palette.text));
         note(ui, palette, scene.credit());
         note(ui, palette, format!("Licence: {}", scene.licence()));
         let grid = scene.grid();
-        let kind = match (scene.field(), scene.cloud()) {
-            (Some(_), Some(_)) => "For Draft and Standard, and for High",
-            (Some(_), None) => "For Draft and Standard",
-            (None, Some(_)) => "For High",
-            (None, None) => "Empty",
-        };
-        note(ui, palette, format!("{kind}, {} at {} Hz", size(scene.memory_bytes() as u64), grid.sample_rate_hz));
+        let rate = format!("{} in memory, made at {} kHz", size(scene.memory_bytes() as u64), grid.sample_rate_hz / 1e3);
+        note(ui, palette, rate);
         for text in &scene.provenance().notes {
-            let text = format!("Note: {text}");
-            let shown = ui.label(RichText::new(beginning(&text)).font(Palette::caption()).color(palette.soft));
+            let shown = ui.label(RichText::new(beginning(text)).font(Palette::caption()).color(palette.soft));
             shown.on_hover_text(text.as_str());
         }
     });
-    head + shown.content_size.y + SPACE
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn credit_and_notes_get_what_they_need_and_the_list_keeps_half() {
-        for (all, wanted, given) in [(690.0, 200.0, 200.0), (690.0, 900.0, 345.0), (690.0, 20.0, 156.0), (300.0, 200.0, 0.0)] {
-            assert_eq!(about_height(all, wanted), given, "{wanted} of {all}");
-        }
-    }
 
     #[test]
     fn a_long_note_ends_at_a_word() {

@@ -8,7 +8,7 @@ use egui::{CornerRadius, RichText, Sense, Ui, WidgetInfo, vec2};
 use promenade_core::{SceneCard, Tier};
 
 /// Height of a line of the list, points.
-const LINE: f32 = 44.0;
+const LINE: f32 = 36.0;
 
 /// A size with its unit.
 pub(super) fn size(bytes: u64) -> String {
@@ -41,10 +41,10 @@ fn texts(ui: &Ui, palette: &Palette, inside: egui::Rect, title: &str, on: bool, 
     };
     let title_colour = if on { palette.accent } else { palette.text };
     let title = short(title, Palette::body(), title_colour, inside.width());
-    ui.painter().galley(inside.min + vec2(0.0, 6.0), title, title_colour);
+    ui.painter().galley(inside.min + vec2(0.0, 3.0), title, title_colour);
     let (text, colour, free) = below;
     let second = short(text, Palette::caption(), colour, inside.width() - free);
-    ui.painter().galley(inside.min + vec2(0.0, 24.0), second, colour);
+    ui.painter().galley(inside.min + vec2(0.0, 19.0), second, colour);
 }
 
 /// The line of the drawn room; returns whether it was clicked.
@@ -60,7 +60,7 @@ pub(super) fn room_line(ui: &mut Ui, palette: &Palette, word: Word, below: &str,
 pub(super) fn line(ui: &mut Ui, palette: &Palette, listed: &Listed, on: bool) -> bool {
     let (rect, response) = plate(ui, palette, on);
     let (below, colour) = match &listed.card {
-        None => ("reading".to_owned(), palette.soft),
+        None => ("loading".to_owned(), palette.soft),
         Some(Err(_)) => ("cannot be read".to_owned(), palette.error),
         Some(Ok(card)) => (line_of(card, listed.bytes), palette.soft),
     };
@@ -70,7 +70,7 @@ pub(super) fn line(ui: &mut Ui, palette: &Palette, listed: &Listed, on: bool) ->
     if let Some(Ok(card)) = &listed.card {
         for (index, tier) in Tier::ALL.into_iter().enumerate() {
             let has = card.tiers.contains(&tier);
-            let at = egui::pos2(inside.right() - 4.0 - (3 - index) as f32 * 9.0, rect.top() + 31.0);
+            let at = egui::pos2(inside.right() - 4.0 - (3 - index) as f32 * 9.0, rect.top() + 26.0);
             let colour = if has { palette.accent } else { palette.line };
             ui.painter().circle_filled(at, 3.0, colour);
         }
@@ -80,19 +80,10 @@ pub(super) fn line(ui: &mut Ui, palette: &Palette, listed: &Listed, on: bool) ->
     response.on_hover_ui(|ui| tooltip(ui, palette, listed)).clicked() && !on
 }
 
-/// What a line says of a scene. What knows no treble says so first, since lines are cut.
+/// What a line says of a scene: up to which frequency it knows the sound.
 fn line_of(card: &SceneCard, bytes: u64) -> String {
-    let dull = if card.sample_rate_hz < FULL_BAND_HZ { format!("{}  ", at_rate(card)) } else { String::new() };
-    format!("{dull}{}  {}", size(bytes), card.provenance.licence)
+    format!("up to {:.0} kHz, {}", 0.5 * card.sample_rate_hz / 1e3, size(bytes))
 }
-
-/// The rate of a scene's data, in words.
-fn at_rate(card: &SceneCard) -> String {
-    format!("at {} kHz", card.sample_rate_hz / 1e3)
-}
-
-/// Data at lower rates lack treble that is heard, hertz.
-const FULL_BAND_HZ: f64 = 32_000.0;
 
 /// Room for the four marks of tiers, points.
 const TIER_MARKS: f32 = 44.0;
@@ -106,17 +97,13 @@ fn tooltip(ui: &mut Ui, palette: &Palette, listed: &Listed) {
             let tiers = card.tiers.iter().map(|tier| tier.name()).collect::<Vec<_>>().join(", ");
             note(ui, palette, &card.provenance.credit);
             note(ui, palette, format!("Licence: {}", card.provenance.licence));
-            note(
-                ui,
-                palette,
-                format!("Qualities: {tiers}. {}, {} measurements to be judged by", size(listed.bytes), card.held_out),
-            );
-            note(ui, palette, format!("Measured or made {}: there is no more treble than that", at_rate(card)));
+            note(ui, palette, format!("Qualities: {tiers}. {}, {} held-out measurements", size(listed.bytes), card.held_out));
+            note(ui, palette, format!("Sampled at {} kHz: no treble above half of that", card.sample_rate_hz / 1e3));
         }
         Some(Err(error)) => {
             ui.label(RichText::new(error).font(Palette::caption()).color(palette.error));
         }
-        None => note(ui, palette, "Being read"),
+        None => note(ui, palette, "Loading"),
     }
     if !listed.path.as_os_str().is_empty() {
         note(ui, palette, listed.path.display().to_string());

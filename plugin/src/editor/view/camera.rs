@@ -12,7 +12,7 @@ const DISTANCES: (f32, f32) = (0.3, 400.0);
 /// The eye does not go over the top or under the ground further than this, radians.
 const STEEPEST: f32 = 1.55;
 /// Points that a fitted view leaves free on every side.
-const MARGIN: f32 = 40.0;
+const MARGIN: f32 = 52.0;
 
 /// A point of the world as it is seen.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -54,7 +54,7 @@ pub(super) fn anchors(layers: &mut Layers<'_>, ctx: &Ctx<'_>, scene: &Scene, att
 
 /// The emitter: where the scene has it, and where it is moved to.
 pub(super) fn emitter(layers: &mut Layers<'_>, ctx: &Ctx<'_>, home: Vec3, moved: Vec3, hot: bool) {
-    let colour = ctx.palette.emitter;
+    let colour = if ctx.is_outside(moved) { ctx.palette.warn } else { ctx.source_colour(0) };
     if moved.distance(home) > 1e-3 {
         layers.dashes(home, moved, Stroke::new(1.0, faded(colour, 0.7)));
         layers.ball(home, 5.0, Color32::TRANSPARENT, Stroke::new(1.0, faded(colour, 0.7)));

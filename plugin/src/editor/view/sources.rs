@@ -1,11 +1,12 @@
 //! Further sources: where they are, and how they are drawn.
 
 use super::super::ctx::Ctx;
-use super::super::theme::faded;
+use super::super::theme::{Palette, faded};
 use super::camera::Projected;
 use super::drag::{Handle, Target};
 use super::layers::Layers;
 use super::scene::stem;
+use crate::project::sources::SourceInfo;
 use egui::{Align2, Color32, FontId, Painter, Shape, Stroke};
 use promenade_core::glam::Vec3;
 
@@ -31,8 +32,13 @@ fn is_chosen(ctx: &Ctx<'_>, handle: Handle) -> bool {
 
 /// Draws one: filled where it was heard of late, else a ring, with its number.
 pub(super) fn paint(layers: &mut Layers<'_>, painter: &Painter, ctx: &Ctx<'_>, further: usize, at: Vec3, hot: bool) {
-    let colour = ctx.palette.emitter;
+    let outside = ctx.is_outside(at);
     let sounds = ctx.frame.sounding & (1 << further) != 0;
+    let info = ctx.project_sources().of(1 + further);
+    let colour = if outside { ctx.palette.warn } else { ctx.source_colour(1 + further) };
+    // Inputs that nobody uses stand back.
+    let is_used = sounds || hot || outside || is_chosen(ctx, Handle::Source(further)) || info != SourceInfo::default();
+    let colour = if is_used { colour } else { faded(colour, 0.4) };
     stem(layers, at, faded(colour, 0.3));
     let Some(seen) = layers.project(at) else { return };
     if hot || is_chosen(ctx, Handle::Source(further)) {
@@ -41,6 +47,15 @@ pub(super) fn paint(layers: &mut Layers<'_>, painter: &Painter, ctx: &Ctx<'_>, f
     let fill = if sounds { colour } else { ctx.palette.ground };
     layers.add(seen.depth, Shape::circle_filled(seen.at, RADIUS, fill));
     layers.add(seen.depth, Shape::circle_stroke(seen.at, RADIUS, Stroke::new(1.5, colour)));
+    if outside {
+        let circle = |n: i16| seen.at + 1.7 * RADIUS * egui::Vec2::angled(f32::from(n) * std::f32::consts::TAU / 24.0);
+        let ring = (0..=24).map(circle).collect::<Vec<_>>();
+        layers.add(seen.depth, Shape::Vec(Shape::dashed_line(&ring, Stroke::new(1.5, colour), 3.0, 3.0)));
+    }
+    if !info.name.is_empty() {
+        let name = painter.layout_no_wrap(info.name, Palette::caption(), Color32::PLACEHOLDER);
+        layers.add(seen.depth, egui::epaint::TextShape::new(seen.at + egui::vec2(RADIUS + 4.0, -7.0), name, ctx.palette.soft));
+    }
     let text = if sounds { ctx.palette.ground } else { colour };
     let number = painter.layout_no_wrap((further + 2).to_string(), FontId::proportional(9.0), Color32::PLACEHOLDER);
     let corner = Align2::CENTER_CENTER.anchor_size(seen.at, number.size()).min;

@@ -140,7 +140,8 @@ impl Loader {
                 Made { scene: Some(scene), prepared: Prepared::Scene(pairs), report: note, chosen, key, level_cb }
             }
             Err(error) => {
-                let level_cb = request.saved.level_cb.filter(|_| request.room.is_none());
+                let of_place = || factory::place(request.saved.file_name()).map(|place| place.level_cb);
+                let level_cb = request.saved.level_cb.or_else(of_place).filter(|_| request.room.is_none());
                 let level_cb = level_cb.map(|level_cb| level_cb + request.matching.change_cb(Some(level_cb)));
                 let prepared = Prepared::Dry(level_cb.map_or(1.0, level::gain_of));
                 let report = with_causes(&error);
