@@ -5,12 +5,15 @@
 #![allow(missing_docs, clippy::print_stdout, reason = "a program that prints a table")]
 
 use cpu_time::ThreadTime;
+use promenade_core::decode::InlineWorker;
 use promenade_core::glam::{Mat3, Vec3};
 use promenade_core::network::{CloudKind, Listener, Masks, Network};
 use promenade_core::published::{
     ClipRenderer, ConvMode, FrameMasks, Projection, PublishedOptions, PublishedStream, TapProjector,
 };
-use promenade_core::{AnchorCloud, Bands, LiveParams, Pose, Quality, Renderer, Scene, SceneParts, StftGrid, TailModel, Tier};
+use promenade_core::{
+    AnchorCloud, Bands, LiveParams, Pose, Quality, Renderer, RendererConfig, Scene, SceneParts, StftGrid, TailModel, Tier,
+};
 use promenade_testing::clouds::{PUBLISHED, Sizes, model};
 use promenade_testing::{Noise, noise};
 use pulp::Arch;
@@ -73,12 +76,16 @@ fn at_hosts() {
     let scene = Arc::new(Scene::new(parts).unwrap());
     let quality = Quality { tier: Tier::Reference, live: LiveParams { wait: true, ..LiveParams::default() } };
     for rate in [22_050, 44_100, 48_000, 96_000_u32] {
-        let mut renderer = Renderer::for_tier(&scene, f64::from(rate), Tier::Reference).unwrap();
+        let mut renderer = Renderer::new(
+            Arc::clone(&scene),
+            RendererConfig { workers: InlineWorker::several(&scene, 1), ..f64::from(rate).into() },
+        )
+        .unwrap();
         let input = noise(7, rate as usize);
         let mut out = [vec![0.0; input.len()], vec![0.0; input.len()]];
         let cost = median_ms(21, || {
             let [left, right] = &mut out;
-            renderer.process(&input, [left, right], quality, &mut |_| Pose::IDENTITY);
+            renderer.process(&[input[..].into()], [left, right], quality, &mut |_| Pose::IDENTITY);
             black_box(&out);
         });
         let latency_ms = 1e3 * renderer.latency_samples() as f64 / f64::from(rate);

@@ -10,7 +10,7 @@
 use cpu_time::ThreadTime;
 use fft_convolver::TwoStageFFTConvolver;
 use promenade_core::glam::Vec3;
-use promenade_core::{BlockParams, Carriers, Further, Latency, Pose, Renderer, Scene, Spatializer, Tier};
+use promenade_core::{BlockParams, Carriers, Latency, Pose, Renderer, RendererConfig, Scene, Spatializer, Tier, Voice};
 use promenade_testing::noise;
 use promenade_testing::scenes::{room, room_with_images, walk};
 use std::hint::black_box;
@@ -120,9 +120,9 @@ const BLOCK: usize = 512;
 /// A listener who walks among sources: one, many in one instance, and as many instances.
 fn many(name: &str, scene: &Arc<Scene>, input: &[f32]) {
     let carriers = Arc::new(Carriers::new(scene, RATE));
-    let renderer = || Renderer::with_carriers(Arc::clone(scene), RATE, Arc::clone(&carriers)).unwrap();
     let instance = |sources: usize| {
-        let renderer = renderer().with_further(sources - 1).unwrap();
+        let config = RendererConfig { voices: sources, ..(RATE, Arc::clone(&carriers)).into() };
+        let renderer = Renderer::new(Arc::clone(scene), config).unwrap();
         let bytes = renderer.memory_bytes();
         let mut s = Spatializer::new(RATE);
         s.install(Box::new(renderer));
@@ -160,12 +160,12 @@ fn walked(engines: &mut [Spatializer], input: &[f32]) -> f64 {
     let (mut left, mut right) = (vec![0.0; BLOCK], vec![0.0; BLOCK]);
     let place = |i: usize| Vec3::new((i as f32).cos(), (i as f32).sin(), 0.0);
     let params = BlockParams::default();
-    let further = engines[0].renderer().map_or(0, Renderer::further);
+    let further = engines[0].renderer().map_or(0, |renderer| renderer.voices() - 1);
     let start = ThreadTime::now();
     for (b, x) in input.chunks_exact(BLOCK).enumerate() {
-        let others: Vec<_> = (0..further).map(|i| Further { input: x, offset: place(i) }).collect();
+        let others: Vec<_> = (0..further).map(|i| Voice::at(x, place(i))).collect();
         for engine in &mut *engines {
-            engine.process_further(&[x], &others, [&mut left, &mut right], &params, |i| walk(b * BLOCK + i));
+            engine.process(&[x], &others, [&mut left, &mut right], &params, |i| walk(b * BLOCK + i));
         }
     }
     black_box((&left, &right));
@@ -213,12 +213,12 @@ fn engines(scene: &Arc<Scene>) -> Vec<(String, Engine)> {
     let ours_with = |scene: &Arc<Scene>, tier: Tier, moving: bool, latency: Latency| -> Engine {
         let mut s = Spatializer::new(RATE);
         let carriers = Arc::new(Carriers::with_latency(scene, RATE, latency));
-        s.install(Box::new(Renderer::with_carriers(Arc::clone(scene), RATE, carriers).unwrap()));
+        s.install(Box::new(Renderer::new(Arc::clone(scene), (RATE, carriers)).unwrap()));
         let walk = walk(RATE);
         let still = Pose::IDENTITY;
         let params = BlockParams { tier, ..BlockParams::default() };
         Box::new(move |at: usize, x: &[f32], out: [&mut [f32]; 2]| {
-            s.process(&[x], out, &params, |i| if moving { walk(at + i) } else { still });
+            s.process(&[x], &[], out, &params, |i| if moving { walk(at + i) } else { still });
         })
     };
     let ours = |scene: &Arc<Scene>, tier: Tier, moving: bool| ours_with(scene, tier, moving, Latency::Frame);

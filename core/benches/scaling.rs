@@ -43,7 +43,7 @@ impl Case {
         let began = ThreadTime::now();
         for (number, dry) in input.chunks_exact(self.block).enumerate() {
             let out = [&mut left[..], &mut right[..]];
-            self.spatializer.process(&[dry], out, &BlockParams::default(), |i| walk(number * self.block + i));
+            self.spatializer.process(&[dry], &[], out, &BlockParams::default(), |i| walk(number * self.block + i));
         }
         black_box((&left, &right));
         self.times.push(began.elapsed().as_secs_f64() / SECONDS);

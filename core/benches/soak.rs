@@ -125,7 +125,7 @@ fn instances(count: usize) -> Result<(), String> {
     let carriers = Arc::new(Carriers::new(&scene, RATE));
     let input = noise(1, 1_000);
     let play = || -> Result<[Vec<f32>; 2], String> {
-        let renderer = Renderer::with_carriers(Arc::clone(&scene), RATE, Arc::clone(&carriers)).map_err(|e| e.to_string())?;
+        let renderer = Renderer::new(Arc::clone(&scene), (RATE, Arc::clone(&carriers))).map_err(|e| e.to_string())?;
         let mut s = Spatializer::new(RATE);
         s.install(Box::new(renderer));
         Ok(render(&mut s, &input, &[64], &BlockParams::default(), |i| Walk::Spinning.pose(i, RATE)))

@@ -8,6 +8,7 @@ pub(crate) mod readout;
 pub(crate) mod sites;
 
 use crate::{LiveParams, Pose, TransferFunction};
+use std::ops::Range;
 
 pub use cloud::{CloudDecoder, InlineWorker};
 pub use field::{Axis, Basis, Facing, Field, FieldGrid, LowRank, NEAREST_M, Rows, SILENT_DB};
@@ -50,6 +51,28 @@ impl Change {
         Self { direct: true, filters: all(filter_hops), turn: None, quick: all(taps) }
     }
 
+    /// Whether it leaves all time filters as they are.
+    pub(crate) fn keeps_filters(&self) -> bool {
+        [self.filters, self.quick] == <[[Hops; 2]; 2]>::default()
+    }
+
+    /// Blocks of bins in which a tap is to be brought up to date, of those that follow a pose quickly and of the others.
+    pub(crate) fn blocks_of(
+        &self,
+        tap: usize,
+        quick: &Range<usize>,
+        slow: &Range<usize>,
+    ) -> impl Iterator<Item = Range<usize>> {
+        let is_due = |hops: &[Hops; 2]| hops.iter().any(|hops| hops.contains(tap));
+        let blocks = [(is_due(&self.quick), quick.clone()), (is_due(&self.filters), self.group(slow))];
+        blocks.into_iter().filter(|(is_due, _)| *is_due).map(|(_, blocks)| blocks)
+    }
+
+    /// The part of some blocks of bins whose turn it is, or all of them.
+    pub(crate) fn group(&self, blocks: &Range<usize>) -> Range<usize> {
+        self.turn.map_or_else(|| blocks.clone(), |turn| group(blocks, turn))
+    }
+
     /// Whether an explicit tap is to be brought up to date, in whatever bins.
     pub(crate) fn names_tap(&self, tap: usize) -> bool {
         self.filters.iter().chain(&self.quick).any(|hops| hops.contains(tap))
@@ -59,6 +82,12 @@ impl Change {
 /// Groups of bins above [`QUICK_BELOW_HZ`], which are brought to a pose in turns, one at each hop: between its turns, the
 /// filters of a group stay.
 pub(crate) const TURNS: usize = 4;
+
+/// The part of some blocks of bins whose turn it is.
+pub(crate) fn group(blocks: &Range<usize>, turn: usize) -> Range<usize> {
+    let at = |turn: usize| blocks.start + turn * blocks.len() / TURNS;
+    at(turn)..at(turn + 1)
+}
 
 /// Below this frequency the taps follow a pose more often, Hz. A step of a filter makes sidebands some 100 Hz away: in a
 /// critical band up there, but beside it below.

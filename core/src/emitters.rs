@@ -1,8 +1,7 @@
 //! One scene played by one emitter, or by two that are given the channels of a stereo sound.
 
-use crate::further::Others;
 use crate::number::whole;
-use crate::{Further, Pose, RenderError, RenderParams, Renderer, Scene};
+use crate::{MOST_VOICES, Pose, RenderParams, Renderer, Scene, Voice};
 use glam::{Quat, Vec3};
 
 /// Samples that are worked on at a time.
@@ -39,24 +38,20 @@ impl EmitterParams {
     }
 }
 
-/// The second emitter.
+/// A voice of its own for the right channel.
+#[derive(Default)]
 struct Second {
-    renderer: Renderer,
     /// Share of the right channel that it plays, 0 to 1; the first one plays the rest.
     share: f32,
-    /// Samples since it was given anything.
-    idle: usize,
-    asleep: bool,
     input: Vec<f32>,
-    ears: [Vec<f32>; 2],
 }
 
-/// A scene's renderers at one sample rate: one for each emitter.
+/// A scene's renderer, the sound of whose first voice has one channel, or two with a voice for each.
 ///
 /// A channel has half of its amplitude, so that a sound which is the same in both is as loud as with one emitter.
 pub struct Emitters {
-    first: Renderer,
-    second: Option<Box<Second>>,
+    renderer: Renderer,
+    second: Option<Second>,
     input: Vec<f32>,
     /// Gain of both ears.
     level: f32,
@@ -66,28 +61,28 @@ pub struct Emitters {
 }
 
 impl From<Renderer> for Emitters {
-    fn from(first: Renderer) -> Self {
-        let samples = FADE_S * first.grid().sample_rate_hz;
-        Self { first, second: None, input: vec![0.0; CHUNK], level: 1.0, step: 1.0 / whole(samples).max(1) as f32, fresh: true }
+    fn from(renderer: Renderer) -> Self {
+        let samples = FADE_S * renderer.grid().sample_rate_hz;
+        let step = 1.0 / whole(samples).max(1) as f32;
+        Self { renderer, second: None, input: vec![0.0; CHUNK], level: 1.0, step, fresh: true }
     }
 }
 
 impl From<Box<Renderer>> for Box<Emitters> {
-    fn from(first: Box<Renderer>) -> Self {
-        Self::new(Emitters::from(*first))
+    fn from(renderer: Box<Renderer>) -> Self {
+        Self::new(Emitters::from(*renderer))
     }
 }
 
 impl Emitters {
-    /// Adds a renderer of the scene and sample rate for a second emitter ([`Renderer::another`]); without one a
-    /// stereo sound is played by one emitter whatever the angle.
+    /// Lets the renderer's second voice play the right channel of a stereo sound; otherwise one voice plays both, whatever the
+    /// angle between them. A renderer of one voice stays as it is.
     ///
     /// # Real-time
     /// Not real-time safe: allocates.
     #[must_use]
-    pub fn with_second(mut self, renderer: Renderer) -> Self {
-        let ears = [vec![0.0; CHUNK], vec![0.0; CHUNK]];
-        self.second = Some(Box::new(Second { renderer, share: 0.0, idle: 0, asleep: true, input: vec![0.0; CHUNK], ears }));
+    pub fn with_second(mut self) -> Self {
+        self.second = Some(Second { share: 0.0, input: vec![0.0; CHUNK] }).filter(|_| self.renderer.voices() > 1);
         self
     }
 
@@ -99,25 +94,13 @@ impl Emitters {
         Self { level, ..self }
     }
 
-    /// Adds this many further sources to the room of the one emitter, or of the left channel's
-    /// ([`Renderer::with_further`]).
-    ///
-    /// # Errors
-    /// As that has.
-    ///
-    /// # Real-time
-    /// Not real-time safe: allocates.
-    pub fn with_further(self, count: usize) -> Result<Self, RenderError> {
-        Ok(Self { first: self.first.with_further(count)?, ..self })
-    }
-
-    /// The renderer of the one emitter, or of the left channel's.
+    /// What renders the voices.
     #[must_use]
-    pub fn first(&self) -> &Renderer {
-        &self.first
+    pub fn renderer(&self) -> &Renderer {
+        &self.renderer
     }
 
-    /// Whether there is a second emitter.
+    /// Whether the channels of a stereo sound can have an emitter each.
     #[must_use]
     pub fn has_second(&self) -> bool {
         self.second.is_some()
@@ -126,18 +109,17 @@ impl Emitters {
     /// Bytes of this instance, without the shared scene.
     #[must_use]
     pub fn memory_bytes(&self) -> usize {
-        let second = self.second.as_ref().map_or(0, |second| second.renderer.memory_bytes() + CHUNK * 3 * size_of::<f32>());
-        self.first.memory_bytes() + second + CHUNK * size_of::<f32>()
+        let second = self.second.as_ref().map_or(0, |second| second.input.len());
+        self.renderer.memory_bytes() + (self.input.len() + second) * size_of::<f32>()
     }
 
-    /// Samples until either emitter asks for a pose.
+    /// Samples until a pose is asked for.
     ///
     /// # Real-time
     /// Audio thread; no allocation, lock or I/O.
     #[must_use]
     pub fn samples_to_pose(&self) -> usize {
-        let second = self.second.as_ref().filter(|second| !second.asleep);
-        second.map_or(usize::MAX, |second| second.renderer.samples_to_pose()).min(self.first.samples_to_pose())
+        self.renderer.samples_to_pose()
     }
 
     /// Takes the next pose at once, without a crossfade.
@@ -145,8 +127,7 @@ impl Emitters {
     /// # Real-time
     /// Audio thread; no allocation, lock or I/O.
     pub fn jump(&mut self) {
-        self.first.jump();
-        self.second.iter_mut().for_each(|second| second.renderer.jump());
+        self.renderer.jump();
     }
 
     /// Forgets all sound.
@@ -154,50 +135,21 @@ impl Emitters {
     /// # Real-time
     /// Audio thread; no allocation, lock or I/O.
     pub fn reset(&mut self) {
-        self.first.reset();
-        self.second.iter_mut().for_each(|second| (second.asleep, second.share) = (true, 0.0));
+        self.renderer.reset();
         self.fresh = true;
     }
 
-    /// Renders one or two channels into both ears, all of one length; of none, silence. `pose_at(i)` is the pose at sample `i`;
-    /// it is asked at hops only, by each emitter.
+    /// Renders one or two channels, and what further voices play, into both ears, all of one length; of no channels, silence.
+    /// `pose_at(i)` is the pose at sample `i`; it is asked at hops only.
     ///
     /// # Real-time
     /// Audio thread; no allocation, lock or I/O.
     pub fn process(
         &mut self,
         input: &[&[f32]],
-        ears: [&mut [f32]; 2],
-        params: impl Into<RenderParams>,
-        emitters: &EmitterParams,
-        pose_at: &mut impl FnMut(usize) -> Pose,
-    ) {
-        self.process_others(input, Others::NONE, ears, params.into(), emitters, pose_at);
-    }
-
-    /// Processes a block with what further sources play ([`Renderer::process_further`]), which the first emitter's room hears.
-    ///
-    /// # Real-time
-    /// Audio thread; no allocation, lock or I/O.
-    pub fn process_further(
-        &mut self,
-        input: &[&[f32]],
-        further: &[Further<'_>],
-        ears: [&mut [f32]; 2],
-        params: impl Into<RenderParams>,
-        emitters: &EmitterParams,
-        pose_at: &mut impl FnMut(usize) -> Pose,
-    ) {
-        self.process_others(input, Others { all: further, start: 0 }, ears, params.into(), emitters, pose_at);
-    }
-
-    /// Processes a block with what further sources play from some sample of their blocks on.
-    pub(crate) fn process_others(
-        &mut self,
-        input: &[&[f32]],
-        others: Others<'_>,
+        further: &[Voice<'_>],
         [left, right]: [&mut [f32]; 2],
-        params: RenderParams,
+        params: impl Into<RenderParams>,
         emitters: &EmitterParams,
         pose_at: &mut impl FnMut(usize) -> Pose,
     ) {
@@ -205,82 +157,45 @@ impl Emitters {
             [left, right].into_iter().for_each(|ear| ear.fill(0.0));
             return;
         };
-        let spread = emitters.spread_in(self.first.scene(), input.len());
-        let offsets = emitters.offsets(self.first.scene(), if self.second.is_some() { spread } else { 0.0 });
+        let params = params.into();
+        let spread = emitters.spread_in(self.renderer.scene(), input.len());
+        let offsets = emitters.offsets(self.renderer.scene(), if self.second.is_some() { spread } else { 0.0 });
         let len = left.len().min(right.len()).min(first.len()).min(last.len());
+        let wanted = if spread > 0.0 { 1.0 } else { 0.0 };
+        if std::mem::take(&mut self.fresh) {
+            self.second.iter_mut().for_each(|second| second.share = wanted);
+        }
         for start in (0..len).step_by(CHUNK) {
             let span = start..len.min(start + CHUNK);
-            let ears = [&mut left[span.clone()], &mut right[span.clone()]];
-            let others = Others { start: others.start + start, ..others };
-            let channels = [&first[span.clone()], &last[span]];
-            self.chunk(channels, others, ears, params, spread > 0.0, offsets, &mut |i| pose_at(start + i));
+            let mono = &mut self.input[..span.len()];
+            let channels = first[span.clone()].iter().zip(&last[span.clone()]);
+            let mut voices = [Voice::default(); MOST_VOICES];
+            let mut count = 1;
+            match &mut self.second {
+                Some(second) => {
+                    let plays = wanted > 0.0 || second.share > 0.0;
+                    let other = &mut second.input[..span.len()];
+                    for ((m, o), (a, b)) in mono.iter_mut().zip(&mut *other).zip(channels) {
+                        second.share += (wanted - second.share).clamp(-self.step, self.step);
+                        *m = 0.5 * (a + (1.0 - second.share) * b);
+                        *o = 0.5 * second.share * b;
+                    }
+                    let input = if plays { &*other } else { &[] };
+                    voices[1] = Voice { input, offset: offsets[1], ..Voice::default() };
+                    count = 2;
+                }
+                None => mono.iter_mut().zip(channels).for_each(|(m, (a, b))| *m = 0.5 * (a + b)),
+            }
+            voices[0] = Voice { input: mono, offset: offsets[0], ..Voice::default() };
+            for (voice, further) in voices[count..].iter_mut().zip(further) {
+                *voice = further.span(span.clone());
+                count += 1;
+            }
+            let ears = [&mut left[span.clone()], &mut right[span]];
+            self.renderer.process(&voices[..count.min(MOST_VOICES)], ears, params, &mut |i| pose_at(start + i));
         }
         if self.level != 1.0 {
             [left, right].into_iter().flat_map(|ear| &mut ear[..len]).for_each(|sample| *sample *= self.level);
         }
-    }
-
-    #[expect(clippy::too_many_arguments, reason = "what a block is made of")]
-    fn chunk(
-        &mut self,
-        [a, b]: [&[f32]; 2],
-        others: Others<'_>,
-        [left, right]: [&mut [f32]; 2],
-        params: RenderParams,
-        apart: bool,
-        [first_at, second_at]: [Vec3; 2],
-        pose_at: &mut impl FnMut(usize) -> Pose,
-    ) {
-        let n = a.len();
-        let mono = &mut self.input[..n];
-        let fresh = std::mem::take(&mut self.fresh);
-        let playing = self.second.as_mut().filter(|second| apart || !second.asleep);
-        let Some(second) = playing else {
-            for ((m, a), b) in mono.iter_mut().zip(a).zip(b) {
-                *m = 0.5 * (a + b);
-            }
-            self.first.process_all((mono, first_at), others, [left, right], params, pose_at);
-            return;
-        };
-        if std::mem::take(&mut second.asleep) {
-            second.renderer.reset();
-        }
-        let wanted = if apart { 1.0 } else { 0.0 };
-        if fresh {
-            second.share = wanted;
-        }
-        second.idle = if second.share > 0.0 || apart { 0 } else { second.idle.saturating_add(n) };
-        let other = &mut second.input[..n];
-        for (((m, o), a), b) in mono.iter_mut().zip(&mut *other).zip(a).zip(b) {
-            second.share += (wanted - second.share).clamp(-self.step, self.step);
-            *m = 0.5 * (a + (1.0 - second.share) * b);
-            *o = 0.5 * second.share * b;
-        }
-        let [other_left, other_right] = &mut second.ears;
-        let other_ears = [&mut other_left[..n], &mut other_right[..n]];
-        second.renderer.process_all((other, second_at), Others::NONE, other_ears, params, pose_at);
-        self.first.process_all((mono, first_at), others, [&mut *left, &mut *right], params, pose_at);
-        let mut silent = true;
-        for (ear, other) in [left, right].into_iter().zip(&second.ears) {
-            for (x, other) in ear.iter_mut().zip(other) {
-                *x += other;
-                silent &= *other == 0.0;
-            }
-        }
-        let tail = second.renderer.latency_samples() + second.renderer.tail_samples();
-        second.asleep = silent && second.idle > tail;
-    }
-}
-
-impl Renderer {
-    /// Another renderer of the same scene, sample rate and carriers, without a decoder.
-    ///
-    /// # Errors
-    /// The scene cannot be played at the sample rate ([`RenderError`]).
-    ///
-    /// # Real-time
-    /// Not real-time safe: allocates.
-    pub fn another(&self) -> Result<Self, RenderError> {
-        Self::with_carriers(self.scene().clone(), self.grid().sample_rate_hz, self.carriers())
     }
 }

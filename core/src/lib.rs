@@ -20,7 +20,7 @@
 //! for block in 0..10 {
 //!     let yaw = |sample: usize| (block * 512 + sample) as f32 / 48_000.0 * 90.0_f32.to_radians();
 //!     let pose_at = |sample| Pose::from_ypr(Vec3::ZERO, yaw(sample), 0.0, 0.0);
-//!     spatializer.process(&[&dry], [&mut left, &mut right], &BlockParams::default(), pose_at);
+//!     spatializer.process(&[&dry], &[], [&mut left, &mut right], &BlockParams::default(), pose_at);
 //! }
 //! assert!(left.iter().chain(&right).all(|sample| *sample != 0.0));
 //! # Ok::<(), Box<dyn std::error::Error>>(())
@@ -33,7 +33,6 @@
 mod bands;
 pub mod decode;
 mod emitters;
-mod further;
 #[cfg(feature = "gradients")]
 pub mod gradient;
 mod grid;
@@ -60,13 +59,13 @@ mod stft;
 mod tier;
 mod transfer;
 mod trim;
+mod voice;
 
 pub use bands::Bands;
 pub use decode::{
     Axis, Basis, DecodeWorker, Decoded, Facing, Field, FieldGrid, LowRank, NEAREST_M, PublishedFrame, Rows, SILENT_DB,
 };
 pub use emitters::{EmitterParams, Emitters};
-pub use further::{Further, MOST_FURTHER};
 pub use glam;
 pub use grid::{StftGrid, TAP_LEAD_HOPS};
 pub use head::{Head, HeadError};
@@ -78,7 +77,7 @@ pub use ramp::Ramp;
 pub use render::carriers::Carriers;
 pub use render::late::late_share;
 pub use render::low::LOWEST_BINS;
-pub use renderer::{RenderError, RenderParams, Renderer, SAMPLE_RATES_HZ};
+pub use renderer::{RenderError, RenderParams, Renderer, RendererConfig, SAMPLE_RATES_HZ};
 pub use scene::{
     AMBISONIC_CHANNELS, AmbisonicHead, Anchor, AnchorCloud, BASS_SIGNALS, BassEars, BassField, Corners, DiffractionEdge,
     Emission, HeldOut, ImageSource, ImageSources, Lifted, MAX_SCENE_BYTES, MeasuredHead, MeasuredRoom, Mover, NoHeadError,
@@ -89,3 +88,4 @@ pub use spatializer::{BlockParams, Spatializer};
 pub use tier::{LiveParams, Quality, Tier};
 pub use transfer::{MOST_SHARES, Shares, TransferFunction, TransferShape};
 pub use trim::{EARLY_S, Trim};
+pub use voice::{MOST_VOICES, Voice};

@@ -25,6 +25,11 @@ impl Ramp {
         }
     }
 
+    /// Whether it stands at silence.
+    pub(crate) fn is_zero(&self) -> bool {
+        self.left == 0 && self.value == 0.0
+    }
+
     /// The gain of the next sample.
     pub(crate) fn next(&mut self) -> f32 {
         if self.left > 0 {

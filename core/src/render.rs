@@ -2,7 +2,6 @@
 
 pub(crate) mod ahead;
 pub(crate) mod ambisonic;
-pub(crate) mod at_once;
 pub(crate) mod bass;
 pub(crate) mod beside_waves;
 pub(crate) mod block;
@@ -13,7 +12,7 @@ pub(crate) mod crossover;
 pub(crate) mod decay;
 pub(crate) mod decay_curve;
 pub(crate) mod direct;
-pub(crate) mod head;
+pub(crate) mod filters;
 pub(crate) mod images;
 pub(crate) mod lanes;
 pub(crate) mod late;
@@ -21,8 +20,10 @@ pub(crate) mod later;
 pub(crate) mod low;
 pub(crate) mod low_cut;
 pub(crate) mod meeting;
+pub(crate) mod part;
 pub(crate) mod phasor;
 pub(crate) mod ring;
+pub(crate) mod room;
 pub(crate) mod taps;
 pub(crate) mod undelayed;
 pub(crate) mod waves;

@@ -1,26 +1,27 @@
-//! One scene at one host rate: mono in, or several sources, both ears out.
+//! One scene at one host rate: the sounds of some voices in, both ears out.
 
 use crate::decode::InlineWorker;
-use crate::decode::follow::Follower;
-use crate::further::{FurtherSources, Others, Together, moved};
+use crate::latency::Pace;
 use crate::number::whole;
 use crate::published::tier::Reference;
-use crate::render::at_once::{AtOnce, Hop};
 use crate::render::carriers::Carriers;
-use crate::render::head::RenderHead;
-use crate::render::images::ImageRenderer;
+use crate::render::filters::Plan;
+use crate::render::images::{ImageBus, ImageVoices};
+use crate::render::part::{Heard, Part};
+use crate::render::room::Room;
+use crate::render::undelayed::Undelayed;
 use crate::render::waves::WaveBass;
 use crate::scene::{Cost, TooCostly};
-use crate::source::{Source, heard_at};
 use crate::stft::{Spectrum, Synthesis};
-use crate::{DecodeWorker, Further, Latency, Pose, Quality, Scene, StftGrid, Tier, TransferFunction, Trim};
-use glam::Vec3;
+use crate::tier::TIER_FADE_STEP;
+use crate::voice::{MOST_VOICES, Together, VOICE_PORTIONS, Voice, VoiceState, own_taps};
+use crate::{DecodeWorker, Latency, Pose, Quality, Scene, StftGrid, Tier, TransferFunction, Trim};
 use promenade_fourier::num_complex::Complex32;
 use std::sync::Arc;
 use thiserror::Error;
 
-/// Hops over which the room fades when the tier changes.
-const TIER_FADE_HOPS: f32 = 8.0;
+/// One part of so many of a hop after a frame is free of work for the next.
+const FREE: usize = 4;
 
 /// Host rates that are supported, Hz.
 pub const SAMPLE_RATES_HZ: std::ops::RangeInclusive<f64> = 2_000.0..=768_000.0;
@@ -41,12 +42,9 @@ pub enum RenderError {
     /// It would take too much at that rate.
     #[error(transparent)]
     Cost(#[from] TooCostly),
-    /// Further sources were asked of a renderer whose direct sound does not wait for a frame.
-    #[error("further sources need the latency of a frame")]
-    FurtherLatency,
-    /// Further sources were asked of a scene that has no table to look their poses up in.
-    #[error("further sources need a scene with a field, and this one has a cloud alone")]
-    FurtherField,
+    /// Several voices were asked of a scene that has no table to look their poses up in, and not all of them have a decoder.
+    #[error("several voices need a scene with a field, and this one has a cloud alone")]
+    Voices,
 }
 
 impl Scene {
@@ -78,28 +76,71 @@ impl<Q: Into<Quality>> From<Q> for RenderParams {
     }
 }
 
-/// Renders a mono stream through one scene at one sample rate, and further ones in the same room.
+/// What a renderer is made of besides its scene. A sample rate alone, Hz, is one of one voice, whose latency is a frame.
+pub struct RendererConfig {
+    /// Of the host, Hz.
+    pub sample_rate_hz: f64,
+    /// How late it is, where the scene can be played so ([`Latency::played_by`]) and `carriers` do not say it.
+    pub latency: Latency,
+    /// Of the scene and rate, where other renderers have them already; they have a latency of their own.
+    pub carriers: Option<Arc<Carriers>>,
+    /// How many voices there are, 1 to [`MOST_VOICES`].
+    pub voices: usize,
+    /// What decodes poses for the tiers High and Reference, for the first voice and the next. A voice without one is played as
+    /// the best tier below.
+    pub workers: Vec<Box<dyn DecodeWorker>>,
+}
+
+impl From<f64> for RendererConfig {
+    fn from(sample_rate_hz: f64) -> Self {
+        Self { sample_rate_hz, latency: Latency::Frame, carriers: None, voices: 1, workers: Vec::new() }
+    }
+}
+
+impl RendererConfig {
+    /// Of some voices for a tier, each with a decoder on the thread that renders where the tier needs one.
+    #[must_use]
+    pub fn inline(scene: &Arc<Scene>, sample_rate_hz: f64, tier: Tier, voices: usize) -> Self {
+        let workers = if tier >= Tier::High { InlineWorker::several(scene, voices) } else { Vec::new() };
+        Self { voices, workers, ..sample_rate_hz.into() }
+    }
+}
+
+impl From<(f64, Arc<Carriers>)> for RendererConfig {
+    /// On carriers that were drawn before, of the scene and rate.
+    fn from((sample_rate_hz, carriers): (f64, Arc<Carriers>)) -> Self {
+        Self { carriers: Some(carriers), ..sample_rate_hz.into() }
+    }
+}
+
+/// Renders the sounds of voices through one scene at one sample rate.
+///
+/// Each voice has its own direct sound and early reflections. What comes later is one room for all of them, which hears each as
+/// loud as by itself; it is heard from the place of the first voice.
 pub struct Renderer {
     scene: Arc<Scene>,
     grid: StftGrid,
-    source: Source,
-    further: Option<FurtherSources>,
+    pace: Pace,
+    voices: Vec<VoiceState>,
+    room: Room,
+    images: Option<ImageBus>,
     synthesis: Synthesis,
-    head: RenderHead,
     spectrum: Spectrum,
     ears: [Spectrum; 2],
     ready: [Vec<f32>; 2],
+    /// What parts of voices that wait for a frame are heard as.
+    parts: [Vec<f32>; 2],
+    /// What comes out so many samples later, and where.
+    waiting: Vec<[f32; 2]>,
+    waiting_at: usize,
     /// Samples of the current hop taken in so far.
     filled: usize,
-    follower: Follower,
     /// Level of everything but the direct sound, 0 to 1.
     room_gain: f32,
     /// What the user changes, as it is heard now.
     trim: Trim,
-    reference: Option<Reference>,
-    images: Option<ImageRenderer>,
-    waves: Option<WaveBass>,
-    at_once: Option<AtOnce>,
+    /// Hops since all filters were brought to a pose.
+    share: usize,
     /// Samples that a host is told that it lags behind.
     stated: usize,
     /// Samples by which what is rendered comes later than that.
@@ -107,156 +148,94 @@ pub struct Renderer {
     /// Sample of a hop at which the pose is asked for, so that the source's oldest belongs to the centre of the newest frame,
     /// or to its end where the first hops do not wait for it.
     pose_phase: usize,
-    /// Hops for which a pose waits until it is rendered.
-    pose_hops: usize,
+    /// Whether the published head is there.
+    has_reference: bool,
+    /// A hop has begun since it was new.
+    has_begun: bool,
+    /// Portions of the hop that is taken in that have been worked out, and the tier that they were worked out for.
+    prepared: usize,
+    tier: Tier,
     /// The next pose is jumped to: nothing has been heard yet, or the transport was moved.
     fresh: bool,
 }
 
 impl Renderer {
-    /// Prepares a scene for a host sample rate.
+    /// Prepares a scene.
     ///
     /// # Errors
-    /// The scene cannot be played at the sample rate ([`Scene::playable_at`]).
+    /// The scene cannot be played at the sample rate ([`Scene::playable_at`]), or not with as many voices.
     ///
     /// # Real-time
-    /// Not real-time safe: allocates.
-    pub fn new(scene: Arc<Scene>, sample_rate_hz: f64) -> Result<Self, RenderError> {
-        Self::with_latency(scene, sample_rate_hz, Latency::Frame)
-    }
-
-    /// A renderer with a chosen latency, where the scene has it ([`Latency::played_by`]).
-    ///
-    /// # Errors
-    /// The scene cannot be played at the sample rate ([`Scene::playable_at`]).
-    ///
-    /// # Real-time
-    /// Not real-time safe: allocates.
-    fn with_latency(scene: Arc<Scene>, sample_rate_hz: f64, latency: Latency) -> Result<Self, RenderError> {
+    /// Not real-time safe: allocates, and decodes the scene's start pose for each decoder.
+    pub fn new(scene: Arc<Scene>, config: impl Into<RendererConfig>) -> Result<Self, RenderError> {
+        let RendererConfig { sample_rate_hz, latency, carriers, voices: count, workers } = config.into();
         scene.playable_at(sample_rate_hz)?;
-        let carriers = Arc::new(Carriers::with_latency(&scene, sample_rate_hz, latency));
-        Self::with_carriers(scene, sample_rate_hz, carriers)
-    }
-
-    /// A renderer on carriers that were drawn before, of the scene and rate.
-    ///
-    /// # Errors
-    /// The scene cannot be played at the sample rate ([`Scene::playable_at`]).
-    ///
-    /// # Real-time
-    /// Not real-time safe: allocates.
-    pub fn with_carriers(scene: Arc<Scene>, sample_rate_hz: f64, carriers: Arc<Carriers>) -> Result<Self, RenderError> {
-        scene.playable_at(sample_rate_hz)?;
+        let count = count.clamp(1, MOST_VOICES);
+        if count > workers.len().max(1) && scene.field().is_none() {
+            return Err(RenderError::Voices);
+        }
+        let carriers = carriers.unwrap_or_else(|| Arc::new(Carriers::with_latency(&scene, sample_rate_hz, latency)));
         let grid = scene.grid().at_rate(sample_rate_hz);
-        let shape = scene.shape();
-        let pace = carriers.pace;
-        let images = carriers.images.as_ref().and_then(|filters| ImageRenderer::new(&scene, &grid, filters, &carriers.curve));
-        let waves = carriers.waves.as_ref().and_then(|filters| WaveBass::new(&scene, &grid, filters));
-        let head = RenderHead::new(grid, scene.grid(), shape, scene.tail(), carriers);
-        let spectrum = || vec![Complex32::default(); grid.bins()];
+        let (shape, pace) = (scene.shape(), carriers.pace);
+        let own_taps = own_taps(count, &shape);
+        let plan = Plan { grid: &grid, scene_grid: scene.grid(), shape, tail: scene.tail(), carriers: &carriers, own_taps };
         // A frame is rendered with the pose at its centre. What does not wait for it has the newest there is.
         let centre = if pace.is_short() { 0 } else { grid.window_len() / 2 };
-        let reference = if pace.is_short() { None } else { Reference::new(&scene, &grid) };
+        let decoders = workers.len();
+        let reference = |number: usize| {
+            let has_one = !pace.is_short() && number < decoders.max(1);
+            if has_one { Reference::new(&scene, &grid, number == 0) } else { None }
+        };
+        let published = reference(0).as_ref().map(Reference::latency_samples);
+        let voice = |number: usize| {
+            // Waves leave the others the upper half of what they take.
+            let waves = carriers.waves.as_ref().and_then(|filters| WaveBass::new(&scene, &grid, filters));
+            let images = carriers.images.as_ref();
+            let images = images.and_then(|filters| ImageVoices::new(&scene, &grid, filters, &carriers.curve));
+            let early = if pace.is_short() { Some(Undelayed::new(&grid, &pace)) } else { None };
+            let parts = [boxed(reference(number)), boxed(waves), boxed(early), boxed(images)];
+            VoiceState::new(&plan, &scene, parts.into_iter().flatten().collect(), centre / grid.hop, number == 0)
+        };
+        let mut voices: Vec<_> = (0..count).map(voice).collect();
+        for (voice, worker) in voices.iter_mut().zip(workers) {
+            voice.set_worker(worker, &scene, grid.hop_s());
+        }
+        let spectrum = || vec![Complex32::default(); grid.bins()];
+        let hop = || [vec![0.0; grid.hop], vec![0.0; grid.hop]];
+        let waits = if pace.is_short() { pace.latency.stated(&grid).saturating_sub(grid.lead()) } else { 0 };
         Ok(Self {
-            stated: reference.as_ref().map_or(pace.latency.stated(&grid), Reference::latency_samples),
-            unstated: if pace.latency == Latency::None { grid.lead() } else { 0 },
-            at_once: if pace.is_short() { Some(AtOnce::new(&grid, &pace)) } else { None },
-            grid,
-            source: Source::new(grid, centre / grid.hop),
-            further: None,
+            voices,
+            room: Room::new(&plan),
+            images: carriers.images.as_ref().filter(|_| scene.emitter().is_some()).map(|filters| ImageBus::new(filters)),
             synthesis: Synthesis::new(grid),
-            follower: Follower::new(&scene, head.filter_hops()),
-            head,
             spectrum: spectrum(),
             ears: [spectrum(), spectrum()],
-            ready: [vec![0.0; grid.hop], vec![0.0; grid.hop]],
+            ready: hop(),
+            parts: hop(),
+            waiting: vec![[0.0; 2]; waits],
+            waiting_at: 0,
             filled: 0,
             room_gain: 1.0,
             trim: Trim::NEUTRAL,
-            reference,
-            images,
-            waves,
+            share: 0,
+            stated: published.unwrap_or(pace.latency.stated(&grid)),
+            unstated: if pace.latency == Latency::None { grid.lead() } else { 0 },
             pose_phase: grid.hop - centre % grid.hop,
-            pose_hops: centre / grid.hop,
+            has_reference: published.is_some(),
+            has_begun: false,
+            prepared: 0,
+            tier: Tier::Standard,
             fresh: true,
+            pace,
+            grid,
             scene,
         })
     }
 
-    /// A renderer for one tier, with a decoder on the thread that renders where the tier needs one.
-    ///
-    /// # Errors
-    /// The scene cannot be played at the sample rate ([`Scene::playable_at`]).
-    ///
-    /// # Real-time
-    /// Not real-time safe, nor is the processing of the tiers High and Reference: decodes where it stands.
-    pub fn for_tier(scene: &Arc<Scene>, sample_rate_hz: f64, tier: Tier) -> Result<Self, RenderError> {
-        Self::for_tier_with(scene, sample_rate_hz, tier, Latency::Frame)
-    }
-
-    /// A renderer with a chosen latency, where the scene has it ([`Latency::played_by`]).
-    ///
-    /// # Errors
-    /// The scene cannot be played at the sample rate ([`Scene::playable_at`]).
-    ///
-    /// # Real-time
-    /// Not real-time safe, nor is the processing of the tiers High and Reference: decodes where it stands.
-    pub fn for_tier_with(scene: &Arc<Scene>, sample_rate_hz: f64, tier: Tier, latency: Latency) -> Result<Self, RenderError> {
-        let renderer = Self::with_latency(Arc::clone(scene), sample_rate_hz, latency)?;
-        let decoder = if tier >= Tier::High { InlineWorker::new(scene) } else { None };
-        Ok(match decoder {
-            Some(decoder) => renderer.with_worker(Box::new(decoder)),
-            None => renderer,
-        })
-    }
-
-    /// Adds what decodes poses for the tiers High and Reference; without one they are played as the best tier below.
-    ///
-    /// # Real-time
-    /// Not real-time safe: decodes the scene's start pose.
+    /// How many voices there are.
     #[must_use]
-    pub fn with_worker(mut self, worker: Box<dyn DecodeWorker>) -> Self {
-        self.follower.set_live(worker, &self.scene, self.grid.hop_s());
-        self
-    }
-
-    /// Whether further sources can be added.
-    ///
-    /// # Errors
-    /// A renderer with a short latency; a scene without a field.
-    pub fn takes_further(&self) -> Result<(), RenderError> {
-        if self.at_once.is_some() {
-            return Err(RenderError::FurtherLatency);
-        }
-        if self.scene.field().is_none() {
-            return Err(RenderError::FurtherField);
-        }
-        Ok(())
-    }
-
-    /// Adds further sources, [`MOST_FURTHER`](crate::MOST_FURTHER) at most. Each has its own direct sound and early
-    /// reflections; what comes later is the room of the first source, which hears each of them as loud as by itself. They are
-    /// played in the tiers Draft and Standard.
-    ///
-    /// # Errors
-    /// The scene or the latency allows no further sources ([`Renderer::takes_further`]).
-    ///
-    /// # Real-time
-    /// Not real-time safe: allocates.
-    pub fn with_further(mut self, count: usize) -> Result<Self, RenderError> {
-        self.takes_further()?;
-        let sources = FurtherSources::new(count, &self.scene, &self.grid, &self.head.carriers(), self.pose_hops);
-        self.further = Some(sources).filter(|_| count > 0);
-        if self.further.is_some() {
-            self.head.wait_for_others();
-        }
-        Ok(self)
-    }
-
-    /// How many further sources there are.
-    #[must_use]
-    pub fn further(&self) -> usize {
-        self.further.as_ref().map_or(0, FurtherSources::count)
+    pub fn voices(&self) -> usize {
+        self.voices.len()
     }
 
     /// The scene that is played.
@@ -271,15 +250,21 @@ impl Renderer {
         &self.grid
     }
 
-    /// What the newest pose does to the source, on the scene's grid; time filters may follow a few hops later.
+    /// What taps are made of, shared by all renderers of the scene at this rate.
     #[must_use]
-    pub fn heard(&self) -> &TransferFunction {
-        self.follower.transfer()
+    pub fn carriers(&self) -> &Arc<Carriers> {
+        self.room.carriers()
     }
 
-    /// What taps are made of, shared by all renderers of the scene at this rate.
-    pub(crate) fn carriers(&self) -> Arc<Carriers> {
-        self.head.carriers()
+    /// The voice that is always there, from whose place the room is heard.
+    fn first(&self) -> &VoiceState {
+        &self.voices[0]
+    }
+
+    /// What the newest pose does to the first voice, on the scene's grid; time filters may follow a few hops later.
+    #[must_use]
+    pub fn heard(&self) -> &TransferFunction {
+        self.first().follower().transfer()
     }
 
     /// Samples by which the output lags the input, the same for all tiers.
@@ -288,13 +273,13 @@ impl Renderer {
         self.stated
     }
 
-    /// The tier that is played for a wanted one: as [`Scene::played_tier`], but High needs a decoder, and Reference the scene's
-    /// own sample rate besides.
+    /// The tier that the first voice is played with for a wanted one: as [`Scene::played_tier`], but High needs a decoder, and
+    /// Reference the scene's own sample rate besides.
     #[must_use]
     pub fn played_tier(&self, wanted: Tier) -> Tier {
-        let most = match (self.follower.has_live(), &self.reference) {
-            (true, Some(_)) => Tier::Reference,
-            (true, None) => Tier::High,
+        let most = match (self.first().follower().has_live(), self.has_reference) {
+            (true, true) => Tier::Reference,
+            (true, false) => Tier::High,
             (false, _) => Tier::Standard,
         };
         self.scene.played_tier(wanted.min(most))
@@ -310,29 +295,20 @@ impl Renderer {
     /// Samples that sound goes on after its end, with the decay of a trim.
     #[must_use]
     pub fn tail_samples_with(&self, trim: &Trim) -> usize {
-        let images = self.images.as_ref().map_or(0, ImageRenderer::tail_samples);
-        let waves = self.waves.as_ref().map_or(0, WaveBass::tail_samples);
         let late_s = f64::from(self.scene.tail().longest_t60_s()) * f64::from(trim.bounded().decay);
-        let taps = images.max(waves).max(self.head.filter_hops() * self.grid.hop);
+        let taps = self.first().tail_samples().max(self.room.filter_hops(self.first().as_ref()) * self.grid.hop);
         self.unstated + taps + whole(late_s * self.grid.sample_rate_hz)
     }
 
     /// Bytes of this instance, without the shared scene.
     #[must_use]
     pub fn memory_bytes(&self) -> usize {
-        let reference = self.reference.as_ref().map_or(0, Reference::memory_bytes);
-        let images = self.images.as_ref().map_or(0, ImageRenderer::memory_bytes);
-        let waves = self.waves.as_ref().map_or(0, WaveBass::memory_bytes);
-        let at_once = self.at_once.as_ref().map_or(0, AtOnce::memory_bytes);
-        let further = self.further.as_ref().map_or(0, FurtherSources::memory_bytes);
-        reference
-            + images
-            + waves
-            + at_once
-            + further
-            + self.head.memory_bytes()
-            + (self.grid.bins() * 3 * 8)
-            + self.grid.n_fft * 5 * 4
+        self.voices.iter().map(VoiceState::memory_bytes).sum::<usize>()
+            + self.room.memory_bytes()
+            + self.images.as_ref().map_or(0, ImageBus::memory_bytes)
+            + size_of_val(&*self.waiting)
+            + self.grid.bins() * 3 * 8
+            + self.grid.n_fft * 7 * 4
     }
 
     /// Takes the next pose at once instead of following to it; what sounds goes on.
@@ -363,114 +339,56 @@ impl Renderer {
     /// # Real-time
     /// Audio thread; no allocation, lock or I/O.
     pub fn reset(&mut self) {
-        self.source.reset();
+        self.voices.iter_mut().for_each(VoiceState::reset);
+        self.room.reset();
+        self.images.iter_mut().for_each(ImageBus::reset);
         self.synthesis.reset();
-        self.head.reset();
-        self.follower.reset();
-        if let Some(further) = &mut self.further {
-            further.reset();
-        }
-        if let Some(reference) = &mut self.reference {
-            reference.reset();
-        }
-        if let Some(images) = &mut self.images {
-            images.reset();
-        }
-        if let Some(waves) = &mut self.waves {
-            waves.reset();
-        }
-        if let Some(at_once) = &mut self.at_once {
-            at_once.reset();
-        }
         self.ready.iter_mut().for_each(|r| r.fill(0.0));
-        self.filled = 0;
+        self.waiting.fill([0.0; 2]);
+        self.images.iter_mut().for_each(ImageBus::forget_prepared);
+        (self.waiting_at, self.filled, self.share, self.has_begun) = (0, 0, 0, false);
+        self.prepared = 0;
         self.jump();
     }
 
-    /// Renders `input` into both ears, all of one length. `pose_at(i)` is the pose at sample `i`; it is asked at hops only.
+    /// Renders a block of what voices play, in their order, into both ears of one length. `pose_at(i)` is the pose at sample
+    /// `i`; it is asked at hops only. Voices without a sound are silent, and sounds without a voice are not heard.
     ///
     /// # Real-time
     /// Audio thread; no allocation, lock or I/O.
     pub fn process(
         &mut self,
-        input: &[f32],
-        ears: [&mut [f32]; 2],
-        params: impl Into<RenderParams>,
-        pose_at: &mut impl FnMut(usize) -> Pose,
-    ) {
-        self.process_all((input, Vec3::ZERO), Others::NONE, ears, params.into(), pose_at);
-    }
-
-    /// Renders a block with what further sources play ([`Renderer::with_further`]), in their order. Sources without a sound are
-    /// silent, and sounds without a source are not heard.
-    ///
-    /// # Real-time
-    /// Audio thread; no allocation, lock or I/O.
-    pub fn process_further(
-        &mut self,
-        input: &[f32],
-        further: &[Further<'_>],
-        ears: [&mut [f32]; 2],
-        params: impl Into<RenderParams>,
-        pose_at: &mut impl FnMut(usize) -> Pose,
-    ) {
-        self.process_all((input, Vec3::ZERO), Others { all: further, start: 0 }, ears, params.into(), pose_at);
-    }
-
-    /// Renders a block with an emitter that is moved by an offset, metres.
-    pub(crate) fn process_all(
-        &mut self,
-        (input, offset): (&[f32], Vec3),
-        others: Others<'_>,
+        sounds: &[Voice<'_>],
         [left, right]: [&mut [f32]; 2],
-        RenderParams { quality, trim }: RenderParams,
+        params: impl Into<RenderParams>,
         pose_at: &mut impl FnMut(usize) -> Pose,
     ) {
-        let trim = trim.bounded();
-        self.source.aim(trim.low_cut_hz, self.fresh);
-        if let Some(further) = &mut self.further {
-            further.aim(trim.low_cut_hz, self.fresh);
-        }
-        debug_assert!(input.len() == left.len() && input.len() == right.len());
-        if self.fresh && !input.is_empty() {
-            let listener = pose_at(0);
-            let pose = self.source.jump(moved(listener, offset));
-            if let Some(further) = &mut self.further {
-                further.jump(&others, listener);
-            }
-            let tier = self.follow(pose, &quality, &trim, true);
-            if let Some(reference) = &mut self.reference {
-                reference.jump(tier == Tier::Reference);
-            }
-            if self.at_once.as_ref().is_some_and(|at_once| !at_once.has_begun()) {
-                self.begin_hop(pose, tier, &heard_at(&self.trim, &self.scene, &pose));
-            }
-            self.fresh = false;
+        let RenderParams { quality, trim } = params.into();
+        let (trim, len) = (trim.bounded(), left.len().min(right.len()));
+        let sound = |number: usize| sounds.get(number).copied().unwrap_or_default();
+        if self.fresh && len > 0 {
+            self.arrive(sounds, pose_at(0), &quality, &trim);
         }
         let mut done = 0;
-        while done < input.len() {
+        while done < len {
             let stop = if self.filled < self.pose_phase { self.pose_phase } else { self.grid.hop };
-            let room = self.at_once.as_ref().map_or(usize::MAX, AtOnce::room);
-            let count = (stop - self.filled).min(input.len() - done).min(room);
+            let count = (stop - self.filled).min(len - done).min(self.pace.block - self.filled % self.pace.block);
             let (span, block) = (self.filled..self.filled + count, done..done + count);
-            self.source.take(span.clone(), &input[block.clone()]);
-            if let Some(further) = &mut self.further {
-                further.take(span.clone(), &others, block.clone());
+            for (number, voice) in self.voices.iter_mut().enumerate() {
+                voice.take(span.clone(), &sound(number).span(block.clone()), trim.low_cut_hz);
             }
             for (out, ready) in [&mut *left, &mut *right].into_iter().zip(&self.ready) {
                 out[block.clone()].copy_from_slice(&ready[span.clone()]);
             }
-            if let Some(at_once) = &mut self.at_once {
-                let ears = [&mut left[block.clone()], &mut right[block]];
-                at_once.take(self.source.newest(), span, self.waves.as_mut(), self.images.as_mut(), ears);
+            if self.pace.is_short() {
+                self.play(span, [&mut left[block.clone()], &mut right[block]], &quality);
             }
             done += count;
             self.filled += count;
             if self.filled == self.pose_phase {
                 let listener = pose_at(done - 1);
-                self.source.note_pose(moved(listener, offset));
-                if let Some(further) = &mut self.further {
-                    further.note_pose(&others, listener);
+                for (number, voice) in self.voices.iter_mut().enumerate() {
+                    voice.note_pose(sound(number).moved(listener));
                 }
             }
             if self.filled == self.grid.hop {
@@ -478,85 +396,158 @@ impl Renderer {
                 self.hop(&quality, &trim);
             }
         }
+        // In blocks as long as a hop each has its share of the work already.
+        if len < self.grid.hop && !self.pace.is_short() {
+            self.prepare(&quality, &trim);
+        }
     }
 
-    /// Brings the head to a pose and to what the user changes, and fades its room in or out; `whole` leaves nothing for the
-    /// hops to come. Says what is played.
-    fn follow(&mut self, pose: Pose, wanted: &Quality, trim: &Trim, whole: bool) -> Tier {
+    /// Works out so much of the frame to come as the hop has of its samples, of what needs none of them: short blocks have an
+    /// equal share of the work, but for those just after a frame.
+    fn prepare(&mut self, quality: &Quality, trim: &Trim) {
+        let rest = self.grid.hop - self.grid.hop / FREE;
+        let taken = (self.filled + rest).saturating_sub(self.grid.hop);
+        let portions = 2 + self.voices.len() * VOICE_PORTIONS;
+        if self.first().next_pose().is_none() {
+            return;
+        }
+        while self.prepared < portions * taken / rest {
+            self.prepared += 1;
+            let Some(portion) = self.prepared.checked_sub(2) else {
+                self.tier = self.follow(quality, trim, false);
+                continue;
+            };
+            let together = together(&self.scene, quality, self.tier, &self.trim, self.room_gain, self.share);
+            match self.voices.get_mut(portion / VOICE_PORTIONS) {
+                Some(voice) => {
+                    let [left, right] = &mut self.parts;
+                    let mut heard = Heard { ears: [left, right], images: self.images.as_mut() };
+                    voice.prepare(portion % VOICE_PORTIONS, &together, &mut heard);
+                }
+                None => self.images.iter_mut().for_each(|images| images.end_early(self.trim.width)),
+            }
+        }
+    }
+
+    /// Is at a pose of the listener at once.
+    fn arrive(&mut self, sounds: &[Voice<'_>], listener: Pose, quality: &Quality, trim: &Trim) {
+        for (number, voice) in self.voices.iter_mut().enumerate() {
+            voice.jump(sounds.get(number).copied().unwrap_or_default().moved(listener));
+        }
+        self.images.iter_mut().for_each(ImageBus::forget_prepared);
+        self.prepared = 0;
+        let tier = self.follow(quality, trim, true);
+        let together = together(&self.scene, quality, tier, &self.trim, self.room_gain, self.share);
+        let first = &mut self.voices[0];
+        first.jump_to(tier);
+        if self.pace.is_short() && !std::mem::replace(&mut self.has_begun, true) {
+            first.begin(Some(first.pose()), &together);
+        }
+        self.fresh = false;
+    }
+
+    /// Brings the first voice and the room to the pose and to what the user changes, and fades the room in or out; `whole`
+    /// leaves nothing for the hops to come. Says what is played.
+    fn follow(&mut self, wanted: &Quality, trim: &Trim, whole: bool) -> Tier {
         if whole {
             self.trim = *trim;
         } else {
             self.trim.follow(trim);
         }
-        if self.head.set_decay(self.trim.decay) {
-            self.follower.refresh();
-        }
-        let quality = Quality { tier: self.played_tier(wanted.tier), ..*wanted };
-        let change = self.follower.follow(&pose, &quality, whole, self.room_gain > 0.0);
-        let room = quality.tier != Tier::Draft;
-        self.head.face(pose.orientation, whole);
-        self.head.update(self.follower.transfer(), &change, room);
-        let step = if whole { 1.0 } else { 1.0 / TIER_FADE_HOPS };
+        let tier = self.played_tier(wanted.tier);
+        let first = &mut self.voices[0];
+        let together = together(&self.scene, wanted, tier, &self.trim, self.room_gain, self.share);
+        let change = first.follow(&together, whole);
+        self.share = if whole { 0 } else { self.share };
+        let room = tier != Tier::Draft;
+        self.room.set_decay(self.trim.decay);
+        self.room.face(first.next_pose().unwrap_or(first.pose()).orientation, whole);
+        self.room.update(first.follower().transfer(), &change);
+        let step = if whole { 1.0 } else { TIER_FADE_STEP };
         if room && self.room_gain == 0.0 {
             // The late part stood still meanwhile: what is left in it belongs to another time.
-            self.head.forget_late();
+            self.room.forget();
         }
         self.room_gain += (if room { 1.0 } else { 0.0 } - self.room_gain).clamp(-step, step);
-        quality.tier
+        tier
     }
 
-    /// Begins a hop of what does not wait for a frame.
-    fn begin_hop(&mut self, from: Pose, tier: Tier, trim: &Trim) {
-        let Some(at_once) = &mut self.at_once else { return };
-        let hop = Hop { from, to: self.source.pose(), trim: *trim, draft: tier == Tier::Draft };
-        at_once.begin(hop, self.head.joined(self.room_gain, trim), self.waves.as_mut());
+    /// Plays samples of the hop that do not wait for a frame.
+    fn play(&mut self, span: std::ops::Range<usize>, [left, right]: [&mut [f32]; 2], quality: &Quality) {
+        let tier = self.played_tier(quality.tier);
+        let together = together(&self.scene, quality, tier, &self.trim, self.room_gain, self.share);
+        for voice in &mut self.voices {
+            let mut heard = Heard { ears: [&mut *left, &mut *right], images: self.images.as_mut() };
+            voice.play(span.clone(), &together, &mut heard);
+        }
+        if let Some(images) = &mut self.images {
+            images.add_to(span.start % self.pace.block, [&mut *left, &mut *right]);
+            if span.end.is_multiple_of(self.pace.block) {
+                images.end_block(self.trim.width);
+            }
+        }
+        if self.waiting.is_empty() {
+            return;
+        }
+        for (left, right) in left.iter_mut().zip(right) {
+            let waited = std::mem::replace(&mut self.waiting[self.waiting_at], [*left, *right]);
+            [*left, *right] = waited;
+            self.waiting_at = (self.waiting_at + 1) % self.waiting.len();
+        }
     }
 
+    /// Renders the frame that ends with the hop that is taken in.
     fn hop(&mut self, quality: &Quality, trim: &Trim) {
-        let (before, pose) = (self.source.step(), self.source.pose());
-        let tier = self.follow(pose, quality, trim, false);
-        if let Some(reference) = &mut self.reference {
-            reference.note_input(self.source.newest());
-        }
-        let trim = heard_at(&self.trim, &self.scene, &pose);
-        let waits = self.at_once.is_none();
-        // What is given out with a frame is that of the frame before, nearly: its images belong to the pose of that time.
-        let newest = self.source.newest();
-        if let Some(waves) = self.waves.as_mut().filter(|_| waits) {
-            waves.begin(&before, &trim);
-            waves.take(newest, 0);
-        }
-        if let Some(images) = self.images.as_mut().filter(|_| waits) {
-            images.take(newest, &before, tier == Tier::Draft, &trim);
-        }
-        self.source.analyse(&mut self.spectrum);
-        let together =
-            Together { scene: &self.scene, quality: Quality { tier, ..*quality }, trim: &self.trim, room_gain: self.room_gain };
-        let shared = self.follower.transfer();
-        let others = self.further.as_mut().and_then(|all| all.hop(together, &mut self.head, shared, self.images.as_mut()));
-        let [left, right] = &mut self.ears;
-        if self.head.render(&self.spectrum, self.room_gain, &trim, others, [left, right]).is_some() {
-            for (ear, (spectrum, ready)) in self.ears.iter_mut().zip(&mut self.ready).enumerate() {
-                self.synthesis.synthesise(ear, spectrum, ready);
-            }
-        } else {
-            for (ear, ready) in self.ready.iter_mut().enumerate() {
-                self.synthesis.give_out(ear, ready);
+        let tier = if self.prepared == 0 { self.follow(quality, trim, false) } else { self.tier };
+        self.prepared = 0;
+        let together = together(&self.scene, quality, tier, &self.trim, self.room_gain, self.share);
+        self.parts.iter_mut().for_each(|ear| ear.fill(0.0));
+        let (mut silent, mut changed) = (true, false);
+        for number in 0..self.voices.len() {
+            let (before, voices) = self.voices.split_at_mut(number);
+            let [left, right] = &mut self.parts;
+            let mut heard = Heard { ears: [left, right], images: self.images.as_mut() };
+            let waits = if self.pace.is_short() { None } else { Some(&mut heard) };
+            let shared = before.first().map(|first| first.follower().transfer());
+            if let Some(voice) = voices.first_mut() {
+                changed |= voice.end_hop(&together, shared, waits, &mut self.spectrum);
+                silent &= !voice.as_ref().is_heard || self.spectrum.iter().all(|x| x.re == 0.0 && x.im == 0.0);
             }
         }
-        if let Some(images) = self.images.as_mut().filter(|_| waits) {
-            images.add_to(&mut self.ready);
+        self.share = self.share.wrapping_add(1);
+        if changed {
+            self.room.forget_ahead();
         }
-        if let Some(waves) = self.waves.as_ref().filter(|_| waits) {
-            waves.add_to(0, self.ready.each_mut().map(|ear| &mut ear[..]));
+        let ears = self.ears.each_mut().map(|ear| &mut ear[..]);
+        let sounds = self.room.render(&mut self.voices, silent, (self.room_gain, &self.trim), ears).is_some();
+        for (ear, (spectrum, ready)) in self.ears.iter_mut().zip(&mut self.ready).enumerate() {
+            match sounds {
+                true => self.synthesis.synthesise(ear, spectrum, ready),
+                false => self.synthesis.give_out(ear, ready),
+            }
         }
-        if let Some(further) = &self.further {
-            further.add_waves(&mut self.ready);
+        if self.pace.is_short() {
+            for voice in self.voices.iter_mut().filter(|voice| voice.as_ref().is_heard) {
+                voice.begin(None, &together);
+            }
+            return;
         }
-        self.begin_hop(before, tier, &trim);
-        if let Some(reference) = &mut self.reference {
-            let frame = self.follower.decoded().and_then(|d| d.published.as_ref());
-            reference.finish(tier == Tier::Reference, 1.0 / TIER_FADE_HOPS, frame, &mut self.ready);
+        if let Some(images) = &mut self.images {
+            images.end_block(self.trim.width);
+            images.add_to(0, self.ready.each_mut().map(|ear| &mut ear[..]));
         }
+        for (ready, parts) in self.ready.iter_mut().zip(&self.parts) {
+            ready.iter_mut().zip(parts).for_each(|(ready, x)| *ready += x);
+        }
+        self.voices.iter_mut().for_each(|voice| voice.finish(tier, &mut self.ready));
     }
+}
+
+fn boxed<'a>(part: Option<impl Part + 'a>) -> Option<Box<dyn Part + 'a>> {
+    part.map(|part| Box::new(part) as Box<dyn Part>)
+}
+
+/// What holds for all voices at a hop, played in a tier.
+fn together<'a>(scene: &'a Scene, quality: &Quality, tier: Tier, trim: &'a Trim, room_gain: f32, share: usize) -> Together<'a> {
+    Together { scene, quality: Quality { tier, ..*quality }, trim, room_gain, share }
 }

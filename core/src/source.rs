@@ -2,7 +2,7 @@
 
 use crate::render::low_cut::LowCut;
 use crate::stft::{Analysis, Spectrum};
-use crate::{NEAREST_M, Pose, Scene, StftGrid, Trim};
+use crate::{NEAREST_M, Pose, Ramp, Scene, StftGrid, Trim};
 use std::collections::VecDeque;
 use std::ops::Range;
 
@@ -21,6 +21,8 @@ pub(crate) struct Source {
     last: Pose,
     /// The pose of the frame before.
     before: Pose,
+    /// The newest pose of the hop has been taken.
+    has_noted: bool,
 }
 
 impl Source {
@@ -32,6 +34,7 @@ impl Source {
             poses: VecDeque::from(vec![Pose::IDENTITY; late + 1]),
             last: Pose::IDENTITY,
             before: Pose::IDENTITY,
+            has_noted: false,
         }
     }
 
@@ -48,14 +51,15 @@ impl Source {
         self.last
     }
 
-    /// Takes some samples of the hop; what is missing of them is silent.
-    pub(crate) fn take(&mut self, span: Range<usize>, samples: &[f32]) {
+    /// Takes some samples of the hop at a level; what is missing of them is silent.
+    pub(crate) fn take(&mut self, span: Range<usize>, samples: &[f32], level: &mut Ramp) {
         let place = &mut self.analysis.newest()[span];
         // Comparisons with a NaN are false, so it falls to 0 too.
         let sound = |x: f32| if (QUIET..ABSURD).contains(&x.abs()) { x } else { 0.0 };
         let count = samples.len().min(place.len());
         place[..count].iter_mut().zip(samples).for_each(|(p, x)| *p = sound(*x));
         place[count..].fill(0.0);
+        level.apply(place);
         if self.low_cut.is_on() {
             self.low_cut.process(place);
             place.iter_mut().for_each(|p| *p = sound(*p));
@@ -64,6 +68,7 @@ impl Source {
 
     /// Takes the newest pose.
     pub(crate) fn note_pose(&mut self, newest: Pose) {
+        self.has_noted = true;
         self.poses.rotate_left(1);
         let last = self.poses.len() - 1;
         self.poses[last] = valid_or(newest, self.poses[last.saturating_sub(1)]);
@@ -74,8 +79,19 @@ impl Source {
         self.poses[0]
     }
 
+    /// The pose that is rendered with the frame that the hop ends with, once it is known.
+    pub(crate) fn next_pose(&self) -> Option<Pose> {
+        self.poses.get(usize::from(!self.has_noted)).copied()
+    }
+
+    /// The pose of the frame before, and of the one before the hop ends.
+    pub(crate) fn before(&self) -> Pose {
+        self.before
+    }
+
     /// Moves on to the pose that is rendered with the next frame. Returns that of the frame before.
     pub(crate) fn step(&mut self) -> Pose {
+        self.has_noted = false;
         std::mem::replace(&mut self.before, self.poses[0])
     }
 
@@ -89,10 +105,16 @@ impl Source {
         self.analysis.analyse(spectrum);
     }
 
-    /// Forgets the past.
-    pub(crate) fn reset(&mut self) {
+    /// Forgets what sounded.
+    pub(crate) fn silence(&mut self) {
         self.analysis.reset();
         self.low_cut.reset();
+    }
+
+    /// Forgets the past.
+    pub(crate) fn reset(&mut self) {
+        self.silence();
+        self.has_noted = false;
         (self.last, self.before) = (Pose::IDENTITY, Pose::IDENTITY);
     }
 

@@ -1,11 +1,10 @@
 //! What the audio thread owns: block in, block out.
 
-use crate::further::Others;
 use crate::grid::LONGEST_LATENCY_S;
 use crate::number::{bounded, whole};
 use crate::past::Past;
 use crate::ramp::Ramp;
-use crate::{EmitterParams, Emitters, Further, LiveParams, Pose, Quality, RenderParams, Renderer, Tier, Trim};
+use crate::{EmitterParams, Emitters, LiveParams, MOST_VOICES, Pose, Quality, RenderParams, Renderer, Tier, Trim, Voice};
 
 /// Length of a cross-fade between scenes, seconds.
 const SCENE_FADE_S: f64 = 0.05;
@@ -82,7 +81,7 @@ pub struct Spatializer {
     fresh: bool,
     wet: [Vec<f32>; 2],
     old: [Vec<f32>; 2],
-    /// Sum of the further sources' dry sound.
+    /// Sum of the further voices' dry sound.
     further: Vec<f32>,
 }
 
@@ -176,10 +175,10 @@ impl Spatializer {
         self.retired.take()
     }
 
-    /// The renderer that is heard, or being faded in; of two emitters the left channel's.
+    /// The renderer that is heard, or being faded in.
     #[must_use]
     pub fn renderer(&self) -> Option<&Renderer> {
-        self.active.as_deref().map(Emitters::first)
+        self.active.as_deref().map(Emitters::renderer)
     }
 
     /// Samples by which the output lags the input.
@@ -191,7 +190,7 @@ impl Spatializer {
     /// Samples for which the output sounds on after the input has ended, beyond the latency.
     #[must_use]
     pub fn tail_samples(&self) -> usize {
-        self.active.as_ref().map_or(0, |emitters| emitters.first().tail_samples())
+        self.active.as_ref().map_or(0, |emitters| emitters.renderer().tail_samples())
     }
 
     /// Samples until a pose is next asked for; `usize::MAX` without a scene.
@@ -231,33 +230,18 @@ impl Spatializer {
         self.fresh = true;
     }
 
-    /// Renders a block of one or two input channels. `pose_at(i)` is the pose at sample `i` of the block; it is asked at hops
-    /// only.
+    /// Renders a block of one or two input channels, and what further voices of the renderer play in the same room, in their
+    /// order. `pose_at(i)` is the pose at sample `i` of the block; it is asked at hops only.
     ///
     /// Two channels are averaged for the rendered sound, unless their emitters are some angle apart, and kept apart in the dry
-    /// sound.
+    /// sound. In the dry sound each further voice is on both channels.
     ///
     /// # Real-time
-    /// Audio thread; no allocation, lock or I/O. All slices have the same length.
+    /// Audio thread; no allocation, lock or I/O. All slices of channels have the same length.
     pub fn process(
         &mut self,
         input: &[&[f32]],
-        out: [&mut [f32]; 2],
-        params: &BlockParams,
-        pose_at: impl FnMut(usize) -> Pose,
-    ) {
-        self.process_further(input, &[], out, params, pose_at);
-    }
-
-    /// Processes a block with what further sources play in the same room, in the order of the renderer's
-    /// ([`Renderer::with_further`]). In the dry sound each is on both channels.
-    ///
-    /// # Real-time
-    /// Audio thread; no allocation, lock or I/O. All slices of one or two input channels have the same length.
-    pub fn process_further(
-        &mut self,
-        input: &[&[f32]],
-        further: &[Further<'_>],
+        further: &[Voice<'_>],
         [left, right]: [&mut [f32]; 2],
         params: &BlockParams,
         mut pose_at: impl FnMut(usize) -> Pose,
@@ -273,11 +257,14 @@ impl Spatializer {
         let len = left.len().min(right.len()).min(first.len()).min(second.len());
         self.aim(params);
         let rendered = RenderParams::from(params);
+        let mut spans = [Voice::default(); MOST_VOICES];
+        let further = &further[..further.len().min(MOST_VOICES)];
         for start in (0..len).step_by(CHUNK) {
             let span = start..len.min(start + CHUNK);
+            spans.iter_mut().zip(further).for_each(|(to, voice)| *to = voice.span(span.clone()));
             let out = [&mut left[span.clone()], &mut right[span.clone()]];
             let channels = [&first[span.clone()], &second[span]];
-            self.chunk(channels, Others { all: further, start }, out, rendered, &emitters, &mut |i| pose_at(start + i));
+            self.mix(channels, &spans[..further.len()], out, rendered, &emitters, &mut |i| pose_at(start + i));
         }
     }
 
@@ -297,10 +284,11 @@ impl Spatializer {
         }
     }
 
-    fn chunk(
+    /// Mixes samples that are worked on at a time.
+    fn mix(
         &mut self,
         [first, second]: [&[f32]; 2],
-        others: Others<'_>,
+        voices: &[Voice<'_>],
         [left, right]: [&mut [f32]; 2],
         params: RenderParams,
         emitters: &EmitterParams,
@@ -312,7 +300,7 @@ impl Spatializer {
             match played {
                 Some(played) => {
                     let ears = [&mut l[..n], &mut r[..n]];
-                    played.process_others(&[first, second], others, ears, params, emitters, pose_at);
+                    played.process(&[first, second], voices, ears, params, emitters, pose_at);
                 }
                 None => [l, r].into_iter().for_each(|ear| ear[..n].fill(0.0)),
             }
@@ -324,8 +312,9 @@ impl Spatializer {
         }
         let further = &mut self.further[..n];
         further.fill(0.0);
-        for number in 0..others.all.len() {
-            further.iter_mut().zip(others.samples(number, 0..n)).for_each(|(sum, x)| *sum += finite(*x));
+        for voice in voices {
+            let gain = voice.gain();
+            further.iter_mut().zip(voice.input).for_each(|(sum, x)| *sum += gain * finite(*x));
         }
         let [dry_left, dry_right, wet_gain, dry_gain] = self.next.each_mut().map(|row| &mut row[..n]);
         self.wet_gain.fill(wet_gain);
@@ -361,7 +350,7 @@ impl Spatializer {
 }
 
 fn latency_of(emitters: Option<&Emitters>) -> usize {
-    emitters.map_or(0, |emitters| emitters.first().latency_samples())
+    emitters.map_or(0, |emitters| emitters.renderer().latency_samples())
 }
 
 #[inline(always)]

@@ -1,5 +1,8 @@
 //! Speed against accuracy: named points on the curve, and how often poses are decoded.
 
+/// Step of a hop by which the room and the published head fade when the tier changes.
+pub(crate) const TIER_FADE_STEP: f32 = 0.125;
+
 /// How much of a scene is rendered. Cost rises and error falls in this order.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
 pub enum Tier {

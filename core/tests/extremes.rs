@@ -19,7 +19,7 @@ static SCENES: LazyLock<Vec<(&str, Arc<Scene>)>> = LazyLock::new(|| scenes(RATE)
 
 fn playing(scene: &Arc<Scene>, rate: f64) -> Spatializer {
     let mut s = Spatializer::new(rate);
-    s.install(Box::new(full_renderer(scene, rate)));
+    s.install(Box::new(full_renderer(scene, rate, 1)));
     s
 }
 
@@ -106,7 +106,7 @@ fn after_a_wild_part(rng: &mut Rng, scene: &Arc<Scene>, params: &BlockParams, ca
 fn nothing_of_a_wild_part_stays_longer_than_a_tail() {
     for_seeds(2, |rng| {
         for (name, scene) in &*SCENES {
-            let renderer = full_renderer(scene, RATE);
+            let renderer = full_renderer(scene, RATE, 1);
             // After a wild angle between two emitters the right channel goes back to the first one.
             let together = (EMITTERS_FADE_S * RATE).ceil() as usize;
             let tail = renderer.tail_samples() + renderer.latency_samples() + together;
@@ -197,7 +197,7 @@ fn a_thousand_instances_come_and_go() {
     let carriers = Arc::new(Carriers::new(&scene, RATE));
     let input = noise(7, 400);
     let play = || {
-        let renderer = Renderer::with_carriers(Arc::clone(&scene), RATE, Arc::clone(&carriers)).unwrap();
+        let renderer = Renderer::new(Arc::clone(&scene), (RATE, Arc::clone(&carriers))).unwrap();
         let mut s = Spatializer::new(RATE);
         s.install(Box::new(renderer));
         render(&mut s, &input, &[64], &BlockParams::default(), |_| Pose::IDENTITY)

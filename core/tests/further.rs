@@ -2,7 +2,7 @@
 
 use promenade_core::glam::Vec3;
 use promenade_core::{
-    BlockParams, Carriers, EmitterParams, Further, Latency, Pose, RenderError, Renderer, Scene, Spatializer, Tier, Trim,
+    BlockParams, EmitterParams, Latency, Pose, Renderer, RendererConfig, Scene, Spatializer, Tier, Trim, Voice,
 };
 use promenade_metrics::{c50_db, octave_of};
 use promenade_testing::noise;
@@ -19,7 +19,7 @@ fn factory(name: &str) -> Arc<Scene> {
 
 fn with_further(scene: &Arc<Scene>, count: usize) -> Spatializer {
     let mut s = Spatializer::new(RATE);
-    s.install(Box::new(Renderer::new(Arc::clone(scene), RATE).unwrap().with_further(count).unwrap()));
+    s.install(Box::new(Renderer::new(Arc::clone(scene), RendererConfig { voices: 1 + count, ..RATE.into() }).unwrap()));
     s
 }
 
@@ -36,11 +36,10 @@ fn play(
     let (mut at, mut turn) = (0, 0);
     while at < main.len() {
         let span = at..main.len().min(at + sizes[turn % sizes.len()]);
-        let blocks: Vec<_> =
-            further.iter().map(|(input, offset)| Further { input: &input[span.clone()], offset: *offset }).collect();
+        let blocks: Vec<_> = further.iter().map(|(input, offset)| Voice::at(&input[span.clone()], *offset)).collect();
         let [left, right] = &mut out;
         let ears = [&mut left[span.clone()], &mut right[span.clone()]];
-        s.process_further(&[&main[span.clone()]], &blocks, ears, params, |i| pose_at(at + i));
+        s.process(&[&main[span.clone()]], &blocks, ears, params, |i| pose_at(at + i));
         (at, turn) = (span.end, turn + 1);
     }
     out
@@ -197,11 +196,69 @@ fn a_further_source_falls_silent_and_wakes_where_the_listener_is() {
     assert!(db < -80.0, "{db} dB");
 }
 
+/// Every latency has all voices: each is heard as it would be by itself, but for what comes later, and so much earlier.
 #[test]
-fn what_cannot_have_further_sources_says_so() {
-    let scene = room(RATE, 0.5, 0.1);
-    let carriers = Arc::new(Carriers::with_latency(&scene, RATE, Latency::None));
-    let short = Renderer::with_carriers(Arc::clone(&scene), RATE, carriers).unwrap();
-    assert_eq!(short.with_further(1).err(), Some(RenderError::FurtherLatency));
-    assert_eq!(Renderer::new(scene, RATE).unwrap().with_further(5).unwrap().further(), 5);
+fn voices_with_a_short_latency_are_those_of_an_instance_of_their_own() {
+    let clicks = [48_001, 96_017, 144_000];
+    let mut input = vec![0.0; 150_000];
+    clicks.iter().for_each(|at| input[*at] = 1.0);
+    let silence = vec![0.0; input.len()];
+    let offset = Vec3::new(-0.6, 0.8, 0.1);
+    for (name, scene) in
+        [("noise", room(RATE, 0.15, 0.1)), ("images", room_with_images(RATE, 0.15, 0.1, 12)), ("loft", factory("loft"))]
+    {
+        let pose = scene.start_pose();
+        for latency in [Latency::Samples64, Latency::None] {
+            let engine = |voices: usize| {
+                let mut s = Spatializer::new(RATE);
+                let config = RendererConfig { latency, voices, ..RATE.into() };
+                s.install(Box::new(Renderer::new(Arc::clone(&scene), config).unwrap()));
+                s
+            };
+            let params = BlockParams::default();
+            let own = BlockParams { emitters: EmitterParams { offset, spread: 0.0 }, ..params };
+            let wanted = play(&mut engine(1), &input, &[], &[512], &own, |_| pose);
+            let found = play(&mut engine(3), &silence, &[(&silence, Vec3::X), (&input, offset)], &[512, 33], &params, |_| pose);
+            let early = |ears: &[Vec<f32>; 2]| {
+                ears.each_ref().map(|ear| clicks.iter().flat_map(|at| &ear[*at..at + OWN]).copied().collect::<Vec<f32>>())
+            };
+            let db = difference_db(&early(&wanted), &early(&found));
+            assert!(db < -80.0, "{name}, latency {}: {db} dB", latency.name());
+        }
+    }
+}
+
+/// A voice has a level of its own, may be muted, and switched off, which leaves nothing of it.
+#[test]
+fn voices_have_levels_and_are_muted_and_switched_off() {
+    let scene = room_with_images(RATE, 0.15, 0.1, 12);
+    let input = noise(7, 96_000);
+    let pose = scene.start_pose();
+    let heard = |of: &dyn Fn(usize) -> Voice<'static>| {
+        let mut s = with_further(&scene, 1);
+        let mut out = [vec![0.0; input.len()], vec![0.0; input.len()]];
+        for at in (0..input.len()).step_by(480) {
+            let [left, right] = &mut out;
+            let (left, right) = (&mut left[at..at + 480], &mut right[at..at + 480]);
+            let voice = Voice { input: &input[at..at + 480], ..of(at) };
+            s.process(&[&[0.0; 480]], &[voice], [left, right], &BlockParams::default(), |_| pose);
+        }
+        out
+    };
+    let plain = heard(&|_| Voice::default());
+    let half = heard(&|_| Voice { level: 0.5, ..Voice::default() });
+    let doubled = half.each_ref().map(|ear| ear.iter().map(|x| 2.0 * x).collect());
+    assert!(difference_db(&plain, &doubled) < -120.0);
+    let silent = |ears: &[Vec<f32>; 2], from: usize| ears.iter().all(|ear| ear[from..].iter().all(|x| *x == 0.0));
+    assert!(silent(&heard(&|_| Voice { mute: true, ..Voice::default() }), 0));
+    assert!(silent(&heard(&|_| Voice { off: true, ..Voice::default() }), 0));
+    let until = |at: usize| at < 48_000;
+    let muted = heard(&|at| Voice { mute: !until(at), ..Voice::default() });
+    let off = heard(&|at| Voice { off: !until(at), ..Voice::default() });
+    // A muted voice's reflections go on, those of one that is switched off end with a frame; the room that is shared goes on.
+    let energy = |ears: &[Vec<f32>; 2], from: usize| ears[0][from..from + 2_400].iter().map(|x| x * x).sum::<f32>();
+    assert!(energy(&off, 49_500) < 0.5 * energy(&muted, 49_500) && energy(&off, 49_500) > 0.0);
+    let again = heard(&|at| Voice { off: (24_000..48_000).contains(&at), ..Voice::default() });
+    let end = |ears: &[Vec<f32>; 2]| ears.each_ref().map(|ear| ear[80_000..].to_vec());
+    assert!(difference_db(&end(&plain), &end(&again)) < -60.0);
 }

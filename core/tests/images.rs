@@ -68,7 +68,7 @@ fn heard(scene: &Arc<Scene>, input: &[f32], tier: Tier, pose_at: impl Fn(usize) 
     let padded: Vec<f32> = input.iter().copied().chain(std::iter::repeat_n(0.0, latency)).collect();
     let mut out = [vec![0.0; len], vec![0.0; len]];
     let [left, right] = &mut out;
-    engine.process(&[&padded], [left, right], &BlockParams { tier, ..BlockParams::default() }, pose_at);
+    engine.process(&[&padded], &[], [left, right], &BlockParams { tier, ..BlockParams::default() }, pose_at);
     out.map(|ear| ear[latency..].to_vec())
 }
 

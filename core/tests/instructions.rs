@@ -5,7 +5,7 @@
 //! is counted, and the test says so.
 
 use promenade_core::glam::Vec3;
-use promenade_core::{BlockParams, Carriers, Further, Renderer, Spatializer, Tier};
+use promenade_core::{BlockParams, Carriers, Renderer, RendererConfig, Spatializer, Tier, Voice};
 use promenade_testing::noise;
 use promenade_testing::scenes::{room, room_with_images, walk};
 use std::process::Command;
@@ -38,9 +38,8 @@ const MARGIN: f64 = 1.10;
 #[inline(never)]
 fn one_block(spatializer: &mut Spatializer, dry: &[f32], out: [&mut [f32]; 2], tier: Tier, at: usize) {
     let walk = walk(RATE);
-    let further: [_; FURTHER] =
-        std::array::from_fn(|i| Further { input: dry, offset: Vec3::new((i as f32).cos(), (i as f32).sin(), 0.0) });
-    spatializer.process_further(&[dry], &further, out, &BlockParams { tier, ..BlockParams::default() }, |i| walk(at + i));
+    let further: [_; FURTHER] = std::array::from_fn(|i| Voice::at(dry, Vec3::new((i as f32).cos(), (i as f32).sin(), 0.0)));
+    spatializer.process(&[dry], &further, out, &BlockParams { tier, ..BlockParams::default() }, |i| walk(at + i));
 }
 
 #[test]
@@ -54,9 +53,10 @@ fn plays() {
     let carriers = Arc::new(Carriers::new(&scene, RATE));
     let mut spatializers: Vec<_> = (0..count)
         .map(|_| {
-            let renderer = Renderer::with_carriers(Arc::clone(&scene), RATE, Arc::clone(&carriers)).unwrap();
+            let config = RendererConfig { voices: 1 + further, ..(RATE, Arc::clone(&carriers)).into() };
+            let renderer = Renderer::new(Arc::clone(&scene), config).unwrap();
             let mut spatializer = Spatializer::new(RATE);
-            spatializer.install(Box::new(renderer.with_further(further).unwrap()));
+            spatializer.install(Box::new(renderer));
             spatializer
         })
         .collect();

@@ -18,7 +18,7 @@ fn spatializer(scene: &Arc<Scene>, rate: f64, latency: Latency) -> Spatializer {
     let carriers = Arc::new(Carriers::with_latency(scene, rate, latency));
     assert_eq!(carriers.latency(), latency);
     let mut s = Spatializer::new(rate);
-    s.install(Box::new(Renderer::with_carriers(Arc::clone(scene), rate, carriers).unwrap()));
+    s.install(Box::new(Renderer::new(Arc::clone(scene), (rate, carriers)).unwrap()));
     s
 }
 

@@ -1,17 +1,17 @@
 //! Live decoding behind the stream.
 
 use assert_no_alloc::assert_no_alloc;
-use promenade_core::decode::{CloudDecoder, InlineWorker};
+use promenade_core::decode::CloudDecoder;
 use promenade_core::glam::Vec3;
 use promenade_core::network::CloudKind;
 use promenade_core::published::{ConvMode, FrameMasks, Projection, PublishedStream};
 use promenade_core::{
-    AnchorCloud, Bands, BlockParams, DecodeWorker, Decoded, LiveParams, Pose, Renderer, Scene, SceneParts, Spatializer,
-    StftGrid, TailModel, Tier,
+    AnchorCloud, Bands, BlockParams, DecodeWorker, Decoded, LiveParams, Pose, Renderer, RendererConfig, Scene, SceneParts,
+    Spatializer, StftGrid, TailModel, Tier,
 };
 use promenade_testing::golden;
 use promenade_testing::noise;
-use promenade_testing::scenes::render;
+use promenade_testing::scenes::{live_renderer, render};
 use std::sync::Arc;
 
 const RATE: f64 = 22_050.0;
@@ -30,9 +30,8 @@ fn scene(kind: CloudKind, conv: ConvMode, projection: Projection) -> Arc<Scene> 
 }
 
 fn spatializer(scene: &Arc<Scene>, rate: f64) -> Spatializer {
-    let renderer = Renderer::new(Arc::clone(scene), rate).unwrap();
     let mut s = Spatializer::new(rate);
-    s.install(Box::new(renderer.with_worker(Box::new(InlineWorker::new(scene).unwrap()))));
+    s.install(Box::new(live_renderer(scene, rate)));
     s
 }
 
@@ -189,9 +188,7 @@ fn what_the_model_has_no_band_for_does_not_alias_into_it() {
 fn what_a_scene_lacks_is_played_as_what_it_has() {
     let cloud = scene(CloudKind::Sh, ConvMode::Causal, Projection::Diagonal);
     assert_eq!(Tier::ALL.map(|t| cloud.played_tier(t)), [Tier::High, Tier::High, Tier::High, Tier::Reference]);
-    let renderer = |scene: &Arc<Scene>, rate| {
-        Renderer::new(Arc::clone(scene), rate).unwrap().with_worker(Box::new(InlineWorker::new(scene).unwrap()))
-    };
+    let renderer = |scene: &Arc<Scene>, rate| live_renderer(scene, rate);
     assert_eq!(renderer(&cloud, RATE).played_tier(Tier::Reference), Tier::Reference);
     assert_eq!(renderer(&cloud, 48_000.0).played_tier(Tier::Reference), Tier::Reference);
     assert_eq!(renderer(&cloud, 47_999.0).played_tier(Tier::Reference), Tier::High, "no whole number of samples in a block");
@@ -248,7 +245,8 @@ fn late_answers_are_heard(rate: f64) {
     let decoder = CloudDecoder::new(&scene).unwrap();
     let slow = Slow { answer: decoder.blank(), decoder, due: None, delay: 3 };
     let mut s = Spatializer::new(rate);
-    s.install(Box::new(Renderer::new(Arc::clone(&scene), rate).unwrap().with_worker(Box::new(slow))));
+    let config = RendererConfig { workers: vec![Box::new(slow)], ..rate.into() };
+    s.install(Box::new(Renderer::new(Arc::clone(&scene), config).unwrap()));
     let tone: Vec<f32> = (0..33_075).map(|i| 0.5 * (std::f32::consts::TAU * 1000.0 * i as f32 / RATE as f32).sin()).collect();
     let mut out = [vec![0.0; tone.len()], vec![0.0; tone.len()]];
     let live = LiveParams { rate_hz: 40.0, wait: false };
@@ -258,7 +256,7 @@ fn late_answers_are_heard(rate: f64) {
         let at = block * 441;
         let [l, r] = &mut out;
         let out = [&mut l[at..at + x.len()], &mut r[at..at + x.len()]];
-        assert_no_alloc(|| s.process(&[x], out, &params, |i| walk(at + i)));
+        assert_no_alloc(|| s.process(&[x], &[], out, &params, |i| walk(at + i)));
     }
     assert!(out.iter().flatten().all(|v| v.is_finite()) && out[0][20_000..].iter().any(|v| v.abs() > 1e-3));
 }

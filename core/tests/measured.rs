@@ -16,7 +16,7 @@ fn response(scene: &Arc<Scene>, rate: f64, yaw: f32) -> ([Vec<f32>; 2], usize) {
     x[start] = 1.0;
     let [mut left, mut right] = [vec![0.0; len], vec![0.0; len]];
     let pose = Pose::from_ypr(Vec3::ZERO, yaw, 0.0, 0.0);
-    engine.process(&[&x], [&mut left, &mut right], &BlockParams::default(), |_| pose);
+    engine.process(&[&x], &[], [&mut left, &mut right], &BlockParams::default(), |_| pose);
     ([left, right], start + latency)
 }
 

@@ -58,7 +58,7 @@ fn stereo_input_stays_stereo_when_dry_and_is_averaged_when_rendered() {
     let run = |channels: &[&[f32]], mix: f32| {
         let mut s = spatializer(&scene, RATE);
         let (mut left, mut right) = (vec![0.0; 8_000], vec![0.0; 8_000]);
-        s.process(channels, [&mut left, &mut right], &BlockParams { mix, ..BlockParams::default() }, STILL);
+        s.process(channels, &[], [&mut left, &mut right], &BlockParams { mix, ..BlockParams::default() }, STILL);
         (left, right, s.latency_samples())
     };
     let (left, right, latency) = run(&[&a, &b], 0.0);

@@ -2,9 +2,9 @@
 
 use assert_no_alloc::assert_no_alloc;
 use promenade_core::glam::Vec3;
-use promenade_core::{BlockParams, EmitterParams, Emitters, Further, Renderer, Scene, Spatializer, Tier, Trim};
+use promenade_core::{BlockParams, EmitterParams, Emitters, Renderer, RendererConfig, Scene, Spatializer, Tier, Trim, Voice};
 use promenade_testing::noise;
-use promenade_testing::scenes::{live_renderer, room_with_cloud, room_with_images, spatializer, walk};
+use promenade_testing::scenes::{full_renderer, room_with_cloud, room_with_images, spatializer, walk};
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
@@ -24,7 +24,7 @@ fn trim(turn: usize) -> Trim {
 }
 
 fn pair(scene: &Arc<Scene>, rate: f64) -> Box<Emitters> {
-    Box::new(Emitters::from(live_renderer(scene, rate)).with_second(live_renderer(scene, rate)))
+    Box::new(Emitters::from(full_renderer(scene, rate, 2)).with_second())
 }
 
 #[test]
@@ -68,7 +68,7 @@ fn processing_never_allocates() {
                 if turn == 30 {
                     s.reset();
                 }
-                s.process(input, [&mut left[..size], &mut right[..size]], &params, |i| pose(at + i));
+                s.process(input, &[], [&mut left[..size], &mut right[..size]], &params, |i| pose(at + i));
                 if retired.is_none() {
                     retired = s.take_retired();
                 }
@@ -94,7 +94,7 @@ fn image_sources_never_allocate() {
             // Now and then the listener is somewhere else at once.
             let start = at + 7_919 * (turn / 3);
             assert_no_alloc(|| {
-                s.process(&[&input[at..at + size]], [&mut left[..size], &mut right[..size]], &params, |i| pose(start + i));
+                s.process(&[&input[at..at + size]], &[], [&mut left[..size], &mut right[..size]], &params, |i| pose(start + i));
             });
             assert!(left.iter().chain(&right).all(|v| v.is_finite()));
             at += size;
@@ -108,7 +108,7 @@ fn further_sources_never_allocate() {
     let loft = Arc::new(Scene::from_bytes(&std::fs::read(file).unwrap()).unwrap());
     for scene in [loft, room_with_images(48_000.0, 0.5, 0.1, 40)] {
         let mut s = Spatializer::new(48_000.0);
-        s.install(Box::new(Renderer::new(scene, 48_000.0).unwrap().with_further(3).unwrap()));
+        s.install(Box::new(Renderer::new(scene, RendererConfig { voices: 4, ..48_000.0.into() }).unwrap()));
         let mut input = noise(1, 40_000);
         // Long enough for all of them to fall asleep.
         input[10_000..30_000].fill(0.0);
@@ -119,15 +119,14 @@ fn further_sources_never_allocate() {
             let at = (1_371 * turn) % (input.len() - size);
             // More, fewer and shorter sounds than there are sources.
             let offset = Vec3::new(0.1 * turn as f32, 0.0, 0.0);
-            let sounds: [Further<'_>; 4] =
-                std::array::from_fn(|i| Further { input: &input[at..at + size / (i + 1)], offset: offset * i as f32 });
+            let sounds: [Voice<'_>; 4] = std::array::from_fn(|i| Voice::at(&input[at..at + size / (i + 1)], offset * i as f32));
             let further = &sounds[..turn % 5];
             assert_no_alloc(|| {
                 if turn == 17 {
                     s.reset();
                 }
                 let ears = [&mut left[..size], &mut right[..size]];
-                s.process_further(&[&input[at..at + size]], further, ears, &params, |i| pose(at + i));
+                s.process(&[&input[at..at + size]], further, ears, &params, |i| pose(at + i));
             });
             assert!(left.iter().chain(&right).all(|v| v.is_finite()));
         }

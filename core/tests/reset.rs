@@ -15,11 +15,7 @@ fn check(name: &str, scene: &Arc<Scene>, params: &BlockParams) {
 }
 
 fn check_at(rate: f64, name: &str, scene: &Arc<Scene>, params: &BlockParams) {
-    let emitters = || {
-        let first = full_renderer(scene, rate);
-        let second = first.another().unwrap();
-        Emitters::from(first).with_second(second)
-    };
+    let emitters = || Emitters::from(full_renderer(scene, rate, 2)).with_second();
     let mut s = Spatializer::new(rate);
     s.install(Box::new(emitters()));
     let input = noise(3, 20_000);

@@ -249,7 +249,7 @@ fn a_live_decoder_s_sound_is_trimmed_too() {
     let scene = promenade_testing::scenes::room_with_cloud(16_000.0, 0.5, 0.1);
     let heard = |trim: Trim| {
         let mut s = promenade_core::Spatializer::new(16_000.0);
-        s.install(Box::new(full_renderer(&scene, 16_000.0)));
+        s.install(Box::new(full_renderer(&scene, 16_000.0, 1)));
         let live = promenade_core::LiveParams { wait: true, ..Default::default() };
         let params = BlockParams { tier: Tier::High, live, trim, ..BlockParams::default() };
         let mut input = vec![0.0; 8_000];

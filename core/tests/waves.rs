@@ -75,7 +75,9 @@ fn response(scene: &Arc<Scene>, rate: f64, pose: Pose, trim: Trim) -> [Vec<f32>;
     input[(0.5 * rate) as usize] = 1.0;
     let mut out = [vec![0.0; length], vec![0.0; length]];
     let [left, right] = &mut out;
-    assert_no_alloc(|| engine.process(&[&input], [left, right], &BlockParams { trim, ..BlockParams::default() }, |_| pose));
+    assert_no_alloc(|| {
+        engine.process(&[&input], &[], [left, right], &BlockParams { trim, ..BlockParams::default() }, |_| pose)
+    });
     out.map(|ear| ear[latency..].to_vec())
 }
 
@@ -226,7 +228,7 @@ fn a_walk_is_smooth_and_silence_ends_in_exact_zeros() {
     let mut out = [vec![0.0; length], vec![0.0; length]];
     let [left, right] = &mut out;
     let pose = |n: usize| Pose::from_ypr(Vec3::new(1.0 + n as f32 / 48_000.0, 0.2, 0.1), n as f32 / 30_000.0, 0.0, 0.0);
-    assert_no_alloc(|| engine.process(&[&input], [left, right], &BlockParams::default(), pose));
+    assert_no_alloc(|| engine.process(&[&input], &[], [left, right], &BlockParams::default(), pose));
     // Second differences of a tone that moves are as small as its own.
     let own = (TAU * 60.0 / rate).powi(2) as f32;
     let most = out[0][10_000..58_000].windows(3).map(|w| (w[0] - 2.0 * w[1] + w[2]).abs()).fold(0.0, f32::max);

@@ -111,7 +111,7 @@ fn offline_a_scene_is_heard_from_the_block_that_names_it<H: Host>() {
         heard.iter_mut().zip(host.process(&[block, block])).for_each(|(all, new)| all.extend(new));
         let [left, right] = &mut wanted;
         let span = number * BLOCK..(number + 1) * BLOCK;
-        engine.process(&[block], [&mut left[span.clone()], &mut right[span]], &BlockParams::default(), |_| start);
+        engine.process(&[block], &[], [&mut left[span.clone()], &mut right[span]], &BlockParams::default(), |_| start);
     }
     assert!(peak(&wanted[0]) > 1e-3);
     let difference = difference_db(&wanted, &heard);

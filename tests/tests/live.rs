@@ -1,11 +1,10 @@
 //! Anchor clouds decoded live, on a thread that all instances share.
 
-use promenade_core::decode::InlineWorker;
 use promenade_core::glam::Vec3;
 use promenade_core::network::CloudKind;
 use promenade_core::published::{ConvMode, Projection};
 use promenade_core::{
-    AnchorCloud, Bands, BlockParams, LiveParams, Pose, Renderer, Scene, SceneParts, Spatializer, StftGrid, TailModel, Tier,
+    AnchorCloud, Bands, BlockParams, LiveParams, Pose, Scene, SceneParts, Spatializer, StftGrid, TailModel, Tier,
 };
 use promenade_testing::golden;
 #[cfg(target_os = "linux")]
@@ -70,9 +69,8 @@ fn turned<H: Host>(host: &mut H, signal: &[f32]) -> [Vec<f32>; 2] {
 /// What the engine plays of the signal while it waits for every decode.
 fn waited_for(folder: &Path, signal: &[f32]) -> [Vec<f32>; 2] {
     let scene = Arc::new(Scene::from_bytes(&std::fs::read(folder.join(SCENE)).unwrap()).unwrap());
-    let renderer = Renderer::new(Arc::clone(&scene), 48_000.0).unwrap();
     let mut spatializer = Spatializer::new(48_000.0);
-    spatializer.install(Box::new(renderer.with_worker(Box::new(InlineWorker::new(&scene).unwrap()))));
+    spatializer.install(Box::new(promenade_testing::scenes::live_renderer(&scene, 48_000.0)));
     let live = LiveParams { wait: true, ..LiveParams::default() };
     let params = BlockParams { tier: Tier::High, live, ..BlockParams::default() };
     let mut wanted = [vec![0.0; signal.len()], vec![0.0; signal.len()]];
@@ -81,7 +79,7 @@ fn waited_for(folder: &Path, signal: &[f32]) -> [Vec<f32>; 2] {
         let pose = Pose::from_ypr(Vec3::ZERO, yaw_deg.to_radians(), 0.0, 0.0);
         let [left, right] = &mut wanted;
         let span = number * 512..(number + 1) * 512;
-        spatializer.process(&[block], [&mut left[span.clone()], &mut right[span]], &params, |_| pose);
+        spatializer.process(&[block], &[], [&mut left[span.clone()], &mut right[span]], &params, |_| pose);
     }
     assert!(peak(&wanted[0]) > 1e-3);
     wanted

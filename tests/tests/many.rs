@@ -1,7 +1,7 @@
 //! The plugin of many sources: what its inputs play comes from their places in one room.
 
 use promenade_core::glam::Vec3;
-use promenade_core::{BlockParams, Further, Pose, Renderer, Scene, Spatializer};
+use promenade_core::{BlockParams, Pose, Renderer, RendererConfig, Scene, Spatializer, Voice};
 use promenade_host::{Lane, Point, bounce};
 use promenade_tests::signal::{difference_db, impulse, noise, peak, peak_index};
 use promenade_tests::{ClapHost, Host, Knob, Setup, edit_state, host_id, in_both_formats, render};
@@ -49,7 +49,7 @@ fn engine(further: usize) -> Spatializer {
     let scene = concat!(env!("CARGO_MANIFEST_DIR"), "/../presets/scenes/loft.promenade");
     let scene = Arc::new(Scene::from_bytes(&std::fs::read(scene).unwrap()).unwrap());
     let mut engine = Spatializer::new(RATE);
-    engine.install(Box::new(Renderer::new(scene, RATE).unwrap().with_further(further).unwrap()));
+    engine.install(Box::new(Renderer::new(scene, RendererConfig { voices: 1 + further, ..RATE.into() }).unwrap()));
     engine
 }
 
@@ -71,10 +71,10 @@ fn sources_sound_as_the_engine_plays_them<H: Host>() {
     let ends = steps.iter().skip(1).map(|(at, _)| *at).chain([LEN + late]);
     for ((start, x), end) in steps.into_iter().zip(ends) {
         let further = [(&padded[1], Vec3::new(-0.03, 0.29, 0.0)), (&padded[2], Vec3::new(x, -0.29, 0.0))]
-            .map(|(sound, offset)| Further { input: &sound[start..end], offset });
+            .map(|(sound, offset)| Voice::at(&sound[start..end], offset));
         let [left, right] = &mut wanted;
         let ears = [&mut left[start..end], &mut right[start..end]];
-        engine.process_further(&[&padded[0][start..end]], &further, ears, &BlockParams::default(), |_| Pose::IDENTITY);
+        engine.process(&[&padded[0][start..end]], &further, ears, &BlockParams::default(), |_| Pose::IDENTITY);
     }
     let wanted = wanted.map(|ear| ear[late..].to_vec());
     assert!(peak(&wanted[0]) > 0.01);

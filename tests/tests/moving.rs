@@ -85,7 +85,7 @@ fn steps_turn_the_listener_as_in_the_engine<H: Host>() {
         Pose::from_ypr(Vec3::ZERO, now.to_radians(), 0.0, 0.0)
     };
     let [left, right] = &mut wanted;
-    engine.process(&[&padded], [left, right], &BlockParams::default(), pose);
+    engine.process(&[&padded], &[], [left, right], &BlockParams::default(), pose);
     let wanted = wanted.map(|ear| ear[late..].to_vec());
     assert!(peak(&wanted[0]) > 0.01);
     let difference = difference_db(&wanted, &heard);

@@ -4,9 +4,9 @@
 
 use promenade_core::glam::Vec3;
 use promenade_core::headphones::{HeadphoneStage, Headphones};
-use promenade_core::{BlockParams, EmitterParams, Emitters, Further, Pose, Spatializer, Tier};
+use promenade_core::{BlockParams, EmitterParams, Emitters, Pose, Spatializer, Tier, Voice};
 use promenade_testing::noise;
-use promenade_testing::scenes::{live_renderer, room_with_cloud, walk};
+use promenade_testing::scenes::{full_renderer, room_with_cloud, walk};
 use std::collections::BTreeSet;
 use std::env;
 use std::hint::black_box;
@@ -25,7 +25,7 @@ fn block(
     input: &[f32],
     output: &mut [Vec<f32>; 2],
     (params, pose): (BlockParams, impl Fn(usize) -> Pose),
-    further: &[Further<'_>],
+    further: &[Voice<'_>],
 ) {
     if done.is_none() {
         *done = spatializer.take_retired();
@@ -35,7 +35,7 @@ fn block(
     }
     let [left, right] = output;
     let (left, right) = (&mut left[..input.len()], &mut right[..input.len()]);
-    spatializer.process_further(&[input, input], further, [&mut *left, &mut *right], &params, pose);
+    spatializer.process(&[input, input], further, [&mut *left, &mut *right], &params, pose);
     headphones.process([left, right], !params.bypass);
     black_box((spatializer.latency_samples(), spatializer.tail_samples(), spatializer.samples_to_pose()));
 }
@@ -49,10 +49,7 @@ fn allocate(len: usize) {
 fn walking_automating_and_changing_scenes_never_blocks() {
     // The tier Reference asks for a scene of the rate that is played.
     let scenes = [room_with_cloud(RATE, 0.3, 0.05), room_with_cloud(44_100.0, 1.2, 0.1)];
-    let renderer = |i: usize| {
-        let [first, second] = [(); 2].map(|()| live_renderer(&scenes[i % 2], RATE));
-        Box::new(Emitters::from(first).with_second(second).with_further(3).unwrap())
-    };
+    let renderer = |i: usize| Box::new(Emitters::from(full_renderer(&scenes[i % 2], RATE, 5)).with_second());
     let mut spatializer = Spatializer::new(RATE);
     spatializer.install(renderer(0));
     let mut headphones = HeadphoneStage::default();
@@ -86,7 +83,7 @@ fn walking_automating_and_changing_scenes_never_blocks() {
         // The second of three is silent, and then has no input at all.
         let sound = |on: bool| if on { &input[..len] } else { &[] };
         let offset = Vec3::new((turn % 7) as f32 * 0.1, 0.5, 0.0);
-        let further = [true, turn % 60 < 30, turn % 100 < 50].map(|on| Further { input: sound(on), offset });
+        let further = [true, turn % 60 < 30, turn % 100 < 50].map(|on| Voice::at(sound(on), offset));
         let (both, input) = ((&mut spatializer, &mut headphones), &input[..len]);
         block(both, &mut next, &mut done, input, &mut output, (params, pose), &further);
         at += len;

@@ -3,7 +3,7 @@
 use crate::many::{set, sounds, tracks};
 use promenade_core::glam::Vec3;
 use promenade_core::{
-    BlockParams, CameraPath, EmitterParams, Further, Keyframe, KeyframeEntry, Pose, Renderer, Scene, Spatializer,
+    BlockParams, CameraPath, EmitterParams, Keyframe, KeyframeEntry, Pose, Renderer, RendererConfig, Scene, Spatializer, Voice,
 };
 use promenade_tests::signal::{difference_db, noise, peak};
 use promenade_tests::{ClapHost, Host, Setup, edit_state, in_both_formats, in_library, render};
@@ -61,7 +61,7 @@ fn engine(sounds: &[Vec<f32>], jump: (usize, f64)) -> [Vec<f32>; 2] {
     let scene = Arc::new(Scene::from_bytes(&std::fs::read(scene).unwrap()).unwrap());
     let home = scene.emitter().unwrap();
     let mut engine = Spatializer::new(RATE);
-    engine.install(Box::new(Renderer::new(scene, RATE).unwrap().with_further(2).unwrap()));
+    engine.install(Box::new(Renderer::new(scene, RendererConfig { voices: 3, ..RATE.into() }).unwrap()));
     let [first, third] = [across(), around()];
     let mut heard = [vec![0.0; LEN], vec![0.0; LEN]];
     for at in 0..LEN {
@@ -72,12 +72,12 @@ fn engine(sounds: &[Vec<f32>], jump: (usize, f64)) -> [Vec<f32>; 2] {
         let on = |path: &CameraPath| path.pose_at(path.keyframes()[0].t_s + t_s).position - home;
         let further = [Vec3::new(0.0, 0.5, 0.0), on(&third) + Vec3::new(0.0, -0.5, 0.0)];
         let further: Vec<_> =
-            further.into_iter().zip(&sounds[1..]).map(|(offset, sound)| Further { input: &sound[at..=at], offset }).collect();
+            further.into_iter().zip(&sounds[1..]).map(|(offset, sound)| Voice::at(&sound[at..=at], offset)).collect();
         let emitters = EmitterParams { offset: on(&first) + Vec3::new(0.0, 0.0, 1.5625), spread: 0.0 };
         let params = BlockParams { emitters, ..BlockParams::default() };
         let [left, right] = &mut heard;
         let ears = [&mut left[at..=at], &mut right[at..=at]];
-        engine.process_further(&[&sounds[0][at..=at]], &further, ears, &params, |_| Pose::IDENTITY);
+        engine.process(&[&sounds[0][at..=at]], &further, ears, &params, |_| Pose::IDENTITY);
     }
     heard
 }

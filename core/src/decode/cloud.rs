@@ -127,6 +127,12 @@ impl InlineWorker {
         let decoder = CloudDecoder::new(scene)?;
         Some(Self { answer: decoder.blank(), decoder, fresh: false })
     }
+
+    /// So many, as a renderer's voices take them; none where the scene has no anchor cloud.
+    #[must_use]
+    pub fn several(scene: &Arc<Scene>, count: usize) -> Vec<Box<dyn DecodeWorker>> {
+        (0..count).filter_map(|_| Some(Box::new(Self::new(scene)?) as Box<dyn DecodeWorker>)).collect()
+    }
 }
 
 impl DecodeWorker for InlineWorker {

@@ -35,18 +35,13 @@ pub(crate) struct Follower {
     early_taps: usize,
     /// Explicit taps that follow at high frequencies with every turn.
     turned_taps: usize,
-    /// Shares of the time filters that still have to follow, and the one whose hop it is.
+    /// Shares of the time filters that still have to follow.
     stale_shares: usize,
-    share: usize,
 }
 
 impl Follower {
-    pub(crate) fn new(scene: &Arc<Scene>, filter_hops: usize) -> Self {
-        Self::of_taps(scene, filter_hops, scene.shape().taps)
-    }
-
-    /// A follower for a head that plays only the first explicit taps.
-    pub(crate) fn of_taps(scene: &Arc<Scene>, filter_hops: usize, taps: usize) -> Self {
+    /// For `filter_hops` hops of time filters, `taps` explicit ones first.
+    pub(crate) fn new(scene: &Arc<Scene>, filter_hops: usize, taps: usize) -> Self {
         let (field, silent) = (FieldDecoder::new(scene, taps), scene.shape().silent());
         let measured = scene.measured().is_some();
         let quick_hops = if measured { MEASURED_QUICK_HOPS } else { QUICK_HOPS };
@@ -63,7 +58,6 @@ impl Follower {
             early_taps,
             turned_taps,
             stale_shares: 0,
-            share: 0,
         }
     }
 
@@ -93,7 +87,7 @@ impl Follower {
 
     /// Is as new again: the next pose is the first, and time filters begin with the same share.
     pub(crate) fn reset(&mut self) {
-        (self.is_live, self.stale_shares, self.share) = (false, 0, 0);
+        (self.is_live, self.stale_shares) = (false, 0);
         self.live.iter_mut().for_each(LiveDecoder::reset);
     }
 
@@ -103,11 +97,10 @@ impl Follower {
     }
 
     /// Follows to a pose in a tier that can be played: the direct sound at once, the time filters a share per hop, or all of
-    /// them if `whole`. While no room is heard its filters wait.
-    pub(crate) fn follow(&mut self, pose: &Pose, quality: &Quality, whole: bool, room: bool) -> Change {
+    /// them if `whole`; `share` counts hops. While no room is heard its filters wait.
+    pub(crate) fn follow(&mut self, pose: &Pose, quality: &Quality, (whole, share): (bool, usize), room: bool) -> Change {
         let live = self.live.as_mut().filter(|_| quality.tier >= Tier::High);
-        let share = self.share;
-        self.share = if whole { 0 } else { (share + 1) % REFRESH_HOPS };
+        let share = share % REFRESH_HOPS;
         let turn = Some(share % TURNS);
         let whole = whole || live.is_some() != self.is_live;
         self.is_live = live.is_some();

@@ -3,7 +3,7 @@
 use crate::bands::BandPlace;
 use crate::number::single;
 use crate::render::carrier::{EarSpectra, LATE_SET, TAP_SET, band_places, hop_carriers, per_bin};
-use crate::render::head::DELAYED_TAPS;
+use crate::render::filters::DELAYED_TAPS;
 use crate::render::lanes::{Block, LANES, blocks_for};
 use crate::render::late::{LATE_HOPS, Late, late_gain, late_lead, left_ear};
 use crate::render::ring::{Slot, SlotMut};
@@ -388,9 +388,8 @@ impl WithSimd for Correlate<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::decode::Change;
     use crate::render::carriers::Carriers;
-    use crate::render::head::RenderHead;
+    use crate::render::room::tests::Lone;
     use promenade_testing::{noise, noise_at};
     use std::sync::Arc;
 
@@ -422,10 +421,9 @@ mod tests {
         let (bands, tail, transfer) = room();
         let dry = noise(11, 700);
         let carriers = Arc::new(Carriers::of_noise(&GRID, &GRID, TAPS, &bands, &tail, 4000.0));
-        let mut head = RenderHead::new(GRID, &GRID, ClipRender::new(&GRID, &bands, &tail, TAPS).shape(), &tail, carriers);
+        let mut head = Lone::new(&GRID, ClipRender::new(&GRID, &bands, &tail, TAPS).shape(), &tail, &carriers);
         let facing = Quat::from_rotation_z(0.7);
-        head.face(facing, true);
-        head.update(&transfer, &Change::whole(head.filter_hops(), TAPS), true);
+        head.update(&transfer, facing);
         let (mut analysis, mut synthesis) = (Analysis::new(GRID), Synthesis::new(GRID));
         let spectrum = || vec![Complex32::default(); GRID.bins()];
         let (mut x, mut left, mut right) = (spectrum(), spectrum(), spectrum());
@@ -435,7 +433,7 @@ mod tests {
                 *s = dry.get(hop * GRID.hop + i).copied().unwrap_or(0.0);
             }
             analysis.analyse(&mut x);
-            head.render(&x, 1.0, &crate::Trim::NEUTRAL, None, [&mut left, &mut right]).unwrap();
+            head.render(&x, [&mut left, &mut right]);
             for (ear, y) in [&mut left, &mut right].into_iter().enumerate() {
                 let mut out = vec![0.0; GRID.hop];
                 synthesis.synthesise(ear, y, &mut out);

@@ -1,6 +1,6 @@
 //! Later taps of several frames at once: their filters are read once for all of them.
 
-use crate::decode::TURNS;
+use crate::decode::{TURNS, group};
 use crate::render::lanes::{Block, EarBlocks, LANES, part};
 use crate::render::ring::Slot;
 use crate::simd::plus;
@@ -9,12 +9,6 @@ use std::ops::Range;
 
 /// Frames that are worked out together: until a group of bins has its turn again, its filters stay.
 pub(crate) const FRAMES: usize = TURNS;
-
-/// The part of some blocks of bins whose turn it is.
-pub(crate) fn group(blocks: &Range<usize>, turn: usize) -> Range<usize> {
-    let at = |turn: usize| blocks.start + turn * blocks.len() / TURNS;
-    at(turn)..at(turn + 1)
-}
 
 /// Sums of the newest frame and of those that come next, for groups of blocks that are taken in turns.
 ///
@@ -62,7 +56,7 @@ impl Ahead {
 
     /// Works out the group whose turn it is, or all of them where nothing is known, and adds the newest frame to the sums of
     /// all blocks.
-    pub(crate) fn add(&mut self, turn: usize, filters: &[Applied<'_>], sums: &mut [EarBlocks]) {
+    pub(crate) fn add<'a>(&mut self, turn: usize, filters: impl Iterator<Item = Applied<'a>> + Clone, sums: &mut [EarBlocks]) {
         let all = std::mem::take(&mut self.stale);
         for (number, age) in self.ages.iter_mut().enumerate() {
             let blocks = group(&self.blocks, number);
@@ -72,8 +66,8 @@ impl Ahead {
                 *age = 0;
                 let out = &mut self.sums[own.clone()];
                 out.fill([EarBlocks::default(); FRAMES]);
-                for filters in filters {
-                    self.arch.dispatch(Apply { filters: *filters, first, out });
+                for filters in filters.clone() {
+                    self.arch.dispatch(Apply { filters, first, out });
                 }
             }
             self.arch.dispatch(Add { from: &self.sums[own], frame: *age, to: &mut sums[first..] });
@@ -227,7 +221,7 @@ mod tests {
                 let newest = ring.at(0);
                 // A turn that is left out is made up for.
                 let turn = if frame == 17 { 0 } else { frame % FRAMES };
-                ahead.add(turn, &[Applied { newest, right: None, filter, hops: taps, first_tap }], &mut found);
+                ahead.add(turn, [Applied { newest, right: None, filter, hops: taps, first_tap }].into_iter(), &mut found);
                 let (newest, sums) = ([ring.at(FRAMES - 1)], &mut wanted);
                 Accumulate { arch, newest, filter, hops: taps, taps: first_tap..taps, sums }.run();
                 assert!(found[..first].iter().all(|block| *block == EarBlocks::default()));

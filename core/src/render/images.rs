@@ -17,14 +17,16 @@ use crate::number::{single, whole};
 use crate::octave::KILOHERTZ;
 use crate::render::ambisonic::{HeadConvolver, HeadSpectra, harmonics};
 use crate::render::decay_curve::DecayCurve;
+use crate::render::part::{Heard, Hop, PORTIONS, Part};
 use crate::scene::{ImageSources, Lifted, MOST_ROUND, Round, barrier_db, lit_gain};
-use crate::{Corners, DiffractionEdge, Pose, Scene, StftGrid, Trim};
+use crate::{Corners, DiffractionEdge, Pose, Scene, StftGrid, Tier, Trim};
 use bus::Bus;
 use delay_line::DelayLine;
 use glam::Vec3;
 use level::Levels;
 use pulp::Arch;
 use spline::{AFTER, BEFORE};
+use std::ops::Range;
 use std::sync::Arc;
 use voice::{Moment, Voice, scratch_len};
 use wall::{WallFilters, Weights};
@@ -39,6 +41,10 @@ const REFRESHED: usize = 2;
 /// What all renderers of a scene's images share at one rate.
 pub(crate) struct ImageFilters {
     pace: Pace,
+    /// Delay of what arrives with the direct sound, samples.
+    base: f64,
+    /// Whether what is heard of a block needs nothing of it, so that it can be played before the block is there.
+    is_early: bool,
     walls: WallFilters,
     head: Arc<HeadSpectra>,
 }
@@ -46,7 +52,11 @@ pub(crate) struct ImageFilters {
 impl ImageFilters {
     pub(crate) fn new(images: &ImageSources, grid: &StftGrid, pace: &Pace) -> Self {
         let rate = grid.sample_rate_hz;
-        Self { pace: *pace, walls: WallFilters::new(rate), head: Arc::new(HeadSpectra::new(&images.head, rate, pace.block)) }
+        let head = HeadSpectra::new(&images.head, rate, pace.block);
+        // The head's filters begin early, and what the line gives comes late.
+        let base = pace.delay as f64 - head.lead - DelayLine::LAG as f64;
+        let is_early = !pace.is_short() && base >= scratch_len(pace.block) as f64;
+        Self { pace: *pace, base, is_early, walls: WallFilters::new(rate), head: Arc::new(head) }
     }
 
     pub(crate) fn memory_bytes(&self) -> usize {
@@ -77,87 +87,96 @@ struct RoundVoice {
     weights: Weights,
 }
 
-/// The image sources of a scene, for one stream, and for other sources in the same room.
-pub(crate) struct ImageRenderer {
-    voices: ImageVoices,
+/// Where the images of all voices are added up, and heard block by block.
+pub(crate) struct ImageBus {
     desk: Desk,
     convolver: HeadConvolver,
-    width: f32,
+    /// Whether anything was added in the running block.
     sounds: bool,
+    /// Whether a block may end before it is there, and whether this one has.
+    is_early: bool,
+    has_ended: bool,
+    /// What the ears hear of the block before.
+    heard: [Vec<f32>; 2],
 }
 
-/// Where voices are added up.
+/// Where they are added up.
 struct Desk {
     arch: Arch,
     bus: Bus,
     scratch: Vec<f32>,
 }
 
-impl ImageRenderer {
-    /// `None` for a scene without images. `filters` and `curve` are the scene's at the grid's rate.
-    pub(crate) fn new(
-        scene: &Arc<Scene>,
-        grid: &StftGrid,
-        filters: &Arc<ImageFilters>,
-        curve: &Arc<DecayCurve>,
-    ) -> Option<Self> {
+impl ImageBus {
+    /// Of a scene's filters at a host's rate.
+    pub(crate) fn new(filters: &ImageFilters) -> Self {
         let block = filters.pace.block;
-        Some(Self {
-            voices: ImageVoices::new(scene, grid, filters, curve)?,
+        Self {
             desk: Desk { arch: Arch::new(), bus: Bus::new(block), scratch: vec![0.0; scratch_len(block)] },
             convolver: HeadConvolver::new(Arc::clone(&filters.head)),
-            width: 1.0,
             sounds: false,
-        })
-    }
-
-    /// Takes a block of dry sound while the listener moves to `pose` over it.
-    pub(crate) fn take(&mut self, block: &[f32], pose: &Pose, draft: bool, trim: &Trim) {
-        self.width = trim.width;
-        self.sounds = false;
-        self.voices.play(block, pose, draft, trim, &mut self.sounds, &mut self.desk);
-    }
-
-    /// Takes the same block of another source, whose room is seen from `pose`. Returns whether anything of it sounds.
-    pub(crate) fn take_other(
-        &mut self,
-        voices: &mut ImageVoices,
-        block: &[f32],
-        pose: &Pose,
-        draft: bool,
-        trim: &Trim,
-    ) -> bool {
-        voices.play(block, pose, draft, trim, &mut self.sounds, &mut self.desk);
-        voices.sounds()
-    }
-
-    /// Adds what the ears hear of the block that was taken last, to be given out with the next.
-    pub(crate) fn add_to(&mut self, ears: &mut [Vec<f32>; 2]) {
-        if self.sounds {
-            let Desk { arch, bus, .. } = &mut self.desk;
-            bus.finish(*arch);
-            self.convolver.add(|pair, out| bus.read(pair, out), self.width, ears);
+            is_early: filters.is_early,
+            has_ended: false,
+            heard: [vec![0.0; block], vec![0.0; block]],
         }
     }
 
-    /// Samples for which images sound on after the input has ended.
-    pub(crate) fn tail_samples(&self) -> usize {
-        self.voices.tail_samples()
+    /// Ends a block, which is heard during the next, unless it has ended early; the level of the difference between the ears
+    /// goes to `width`.
+    pub(crate) fn end_block(&mut self, width: f32) {
+        if std::mem::take(&mut self.has_ended) {
+            self.sounds = false;
+            return;
+        }
+        self.heard.iter_mut().for_each(|ear| ear.fill(0.0));
+        if std::mem::take(&mut self.sounds) {
+            let Desk { arch, bus, .. } = &mut self.desk;
+            bus.finish(*arch);
+            self.convolver.add(|pair, out| bus.read(pair, out), width, &mut self.heard);
+        }
+    }
+
+    /// Ends a block before it is there.
+    pub(crate) fn end_early(&mut self, width: f32) {
+        if self.is_early {
+            self.end_block(width);
+            self.has_ended = true;
+        }
+    }
+
+    /// Forgets what was added for a block.
+    pub(crate) fn forget_prepared(&mut self) {
+        (self.sounds, self.has_ended) = (false, false);
+    }
+
+    /// Adds what the ears hear of the block before, from a sample on.
+    pub(crate) fn add_to(&self, at: usize, ears: [&mut [f32]; 2]) {
+        for (ear, heard) in ears.into_iter().zip(&self.heard) {
+            ear.iter_mut().zip(&heard[at..]).for_each(|(ear, x)| *ear += x);
+        }
     }
 
     /// Forgets the past.
     pub(crate) fn reset(&mut self) {
-        self.voices.reset();
         self.convolver.reset();
-        self.sounds = false;
+        self.forget_prepared();
+        self.heard.iter_mut().for_each(|ear| ear.fill(0.0));
     }
 
     pub(crate) fn memory_bytes(&self) -> usize {
-        self.voices.memory_bytes() + self.convolver.memory_bytes() + self.desk.bus.memory_bytes()
+        self.convolver.memory_bytes() + self.desk.bus.memory_bytes() + 2 * size_of_val(&*self.heard[0])
+    }
+
+    /// Makes ready for the images of a voice of which something sounds; the first empties the bus.
+    fn open(&mut self) -> &mut Desk {
+        if !std::mem::replace(&mut self.sounds, true) {
+            self.desk.bus.clear();
+        }
+        &mut self.desk
     }
 }
 
-/// The image sources of a scene as one source is heard by them.
+/// The image sources of a scene as one voice is heard by them.
 pub(crate) struct ImageVoices {
     scene: Arc<Scene>,
     emitter: Vec3,
@@ -190,6 +209,12 @@ pub(crate) struct ImageVoices {
     /// Blocks since there was input.
     quiet_blocks: usize,
     longest_blocks: usize,
+    /// The hop that is played.
+    hop: (Pose, Pose, Trim, Tier),
+    /// Where the listener goes to in the block that is played, whether anything moves, and whether nothing was heard before.
+    aimed: Option<(Pose, bool, bool)>,
+    /// Images of the block that were played.
+    played_to: usize,
 }
 
 impl ImageVoices {
@@ -203,8 +228,7 @@ impl ImageVoices {
         let (images, emitter) = (scene.images()?, scene.emitter()?);
         let per_m = grid.sample_rate_hz / f64::from(scene.weather().speed_m_s());
         let (head, block) = (&filters.head, filters.pace.block);
-        // The head's filters begin early, and what the line gives comes late.
-        let base = filters.pace.delay as f64 - head.lead - DelayLine::LAG as f64;
+        let base = filters.base;
         let round_m = scene.corners().map_or(0.0, |corners| corners.longest_m(emitter));
         let longest = (base + f64::from(images.longest_m(emitter).max(round_m)) * per_m).max(SHORTEST);
         let line = DelayLine::new(&filters.walls, whole(longest.ceil()) + BEFORE + AFTER + 2, block);
@@ -231,6 +255,9 @@ impl ImageVoices {
             levels: Levels::new(scene, curve, grid),
             quiet_blocks: usize::MAX / 2,
             longest_blocks,
+            hop: (Pose::IDENTITY, Pose::IDENTITY, Trim::NEUTRAL, Tier::Standard),
+            aimed: None,
+            played_to: 0,
             scene: Arc::clone(scene),
         })
     }
@@ -240,17 +267,23 @@ impl ImageVoices {
         self.quiet_blocks <= self.longest_blocks
     }
 
-    /// Plays a block of dry sound while the listener moves to `pose` over it. The first source of which anything sounds empties
-    /// the bus.
-    fn play(&mut self, block: &[f32], pose: &Pose, draft: bool, trim: &Trim, begun: &mut bool, desk: &mut Desk) {
+    /// Plays a block of dry sound, but for what was played of it before, while the listener moves to `pose` over it.
+    fn play(&mut self, block: &[f32], pose: &Pose, bus: &mut ImageBus) {
         self.quiet_blocks = if block.iter().any(|x| *x != 0.0) { 0 } else { self.quiet_blocks.saturating_add(1) };
-        let sounds = self.sounds();
-        if sounds {
-            self.line.write(block);
-            if !std::mem::replace(begun, true) {
-                desk.bus.clear();
-            }
+        if self.aimed.is_none() {
+            self.aim(pose);
         }
+        if self.sounds() {
+            self.line.write(block);
+        }
+        self.play_images(usize::MAX, block.len(), bus);
+        self.aimed = None;
+    }
+
+    /// Goes to `pose` in the next block.
+    fn aim(&mut self, pose: &Pose) {
+        let (.., trim, tier) = self.hop;
+        let (trim, draft) = (&trim, tier == Tier::Draft);
         let scene = Arc::clone(&self.scene);
         let Some(images) = scene.images() else { return };
         let heard = if draft { DRAFT_IMAGES.min(self.now.len()) } else { self.now.len() };
@@ -270,9 +303,25 @@ impl ImageVoices {
             self.shade(pose);
         }
         self.refresh(images, pose, fresh);
+        self.aimed = Some((*pose, moves, fresh));
+        self.played_to = 0;
+    }
+
+    /// Plays the images up to one of some number, and what comes round edges after the last; `newest` samples of the block are
+    /// in the line.
+    fn play_images(&mut self, end: usize, newest: usize, bus: &mut ImageBus) {
+        let scene = Arc::clone(&self.scene);
+        let (Some(images), Some((pose, moves, fresh))) = (scene.images(), &self.aimed) else { return };
+        let (pose, moves, fresh, count) = (&pose.clone(), *moves, *fresh, self.now.len());
+        let (.., trim, tier) = self.hop;
+        let (trim, draft, sounds) = (&trim, tier == Tier::Draft, self.sounds());
+        let heard = if draft { DRAFT_IMAGES.min(count) } else { count };
+        let desk = if sounds { bus.open() } else { &mut bus.desk };
         let direct = f64::from(pose.position.distance(self.emitter));
         let outlook = images.outlook(pose, self.emitter);
-        for (i, ((image, now), weights)) in images.images.iter().zip(&mut self.now).zip(&self.weights).enumerate() {
+        let from = std::mem::replace(&mut self.played_to, end.min(count + 1));
+        let voices = images.images.iter().zip(&mut self.now).zip(&self.weights).enumerate();
+        for (i, ((image, now), weights)) in voices.take(end).skip(from) {
             let mut to = *now;
             if moves {
                 let way = outlook.pose.to_head(images.place(i, &outlook));
@@ -292,14 +341,16 @@ impl ImageVoices {
             let from = if fresh { to } else { *now };
             *now = to;
             if sounds && (from.gain > 0.0 || to.gain > 0.0) {
-                desk.play(&self.line, weights, from, to);
+                desk.play((&self.line, newest), weights, from, to);
             }
         }
-        self.play_round(pose, moves, fresh, trim, desk);
+        if end > count && from <= count {
+            self.play_round(pose, moves, fresh, (newest, trim), desk);
+        }
     }
 
     /// Plays the same block as it comes round edges where the emitter or images are hidden.
-    fn play_round(&mut self, pose: &Pose, moves: bool, fresh: bool, trim: &Trim, desk: &mut Desk) {
+    fn play_round(&mut self, pose: &Pose, moves: bool, fresh: bool, (newest, trim): (usize, &Trim), desk: &mut Desk) {
         let sounds = self.sounds();
         let scene = Arc::clone(&self.scene);
         let Some(corners) = scene.corners() else { return };
@@ -334,7 +385,7 @@ impl ImageVoices {
             let from = if fresh { to } else { voice.now };
             voice.now = to;
             if sounds && (from.gain > 0.0 || to.gain > 0.0) {
-                desk.play(&self.line, &voice.weights, from, to);
+                desk.play((&self.line, newest), &voice.weights, from, to);
             }
         }
     }
@@ -401,30 +452,58 @@ impl ImageVoices {
             self.weights[i] = self.filters.walls.weights(&log_gains);
         }
     }
+}
 
-    /// Samples for which images sound on after the input has ended.
-    pub(crate) fn tail_samples(&self) -> usize {
+impl Part for ImageVoices {
+    fn begin(&mut self, hop: &Hop<'_>) {
+        self.hop = (hop.from, hop.to, hop.trim, hop.tier);
+    }
+
+    fn prepare(&mut self, portion: usize, heard: &mut Heard<'_>) {
+        let Some(images) = heard.images.as_deref_mut().filter(|_| self.filters.is_early) else { return };
+        if portion == 0 {
+            let (_, to, ..) = self.hop;
+            self.aim(&to);
+        }
+        self.play_images((portion + 1) * (self.now.len() + 1) / PORTIONS, 0, images);
+    }
+
+    fn forget_prepared(&mut self) {
+        self.aimed = None;
+        // All images are aimed at anew.
+        self.levels.forget();
+    }
+
+    fn take(&mut self, hop: &mut [f32], span: Range<usize>, heard: &mut Heard<'_>) {
+        let block = self.filters.pace.block;
+        if let Some(images) = heard.images.as_deref_mut().filter(|_| span.end.is_multiple_of(block)) {
+            let (from, to, ..) = self.hop;
+            let pose = if from == to { to } else { from.toward(&to, span.end as f32 / hop.len() as f32) };
+            self.play(&hop[span.end - block..span.end], &pose, images);
+        }
+    }
+
+    fn tail_samples(&self) -> usize {
         whole(self.longest) + self.filters.head.tail()
     }
 
-    /// Forgets the past.
-    pub(crate) fn reset(&mut self) {
+    fn reset(&mut self) {
         self.line.reset();
         self.quiet_blocks = usize::MAX / 2;
         self.played = None;
         self.round = [RoundVoice::default(); MOST_ROUND];
-        (self.refreshed, self.stale) = (0, 0);
+        (self.refreshed, self.stale, self.aimed) = (0, 0, None);
     }
 
-    pub(crate) fn memory_bytes(&self) -> usize {
+    fn memory_bytes(&self) -> usize {
         self.line.memory_bytes() + size_of_val(&*self.weights) + size_of_val(&*self.now)
     }
 }
 
 impl Desk {
-    /// Adds one image that goes from one moment to another.
-    fn play(&mut self, line: &DelayLine, weights: &Weights, from: Moment, to: Moment) {
-        let voice = Voice { line, weights, from, to, scratch: &mut self.scratch, bus: &mut self.bus };
+    /// Adds one image that goes from one moment to another, of a line with some samples of the block.
+    fn play(&mut self, (line, newest): (&DelayLine, usize), weights: &Weights, from: Moment, to: Moment) {
+        let voice = Voice { line, newest, weights, from, to, scratch: &mut self.scratch, bus: &mut self.bus };
         self.arch.dispatch(voice);
     }
 }

@@ -70,18 +70,18 @@ impl Taps {
         self.hops
     }
 
-    /// Sets some blocks of one hop from carriers, each with its share, less what they have lost, and gains per band, left then
-    /// right.
+    /// Sets some blocks of one hop from a hop of carriers, each with its share, less what they have lost, and gains per band,
+    /// left then right.
     pub(crate) fn set(
         &mut self,
         hop: usize,
-        carriers: &CarrierSet,
+        (carriers, of_carriers): (&CarrierSet, usize),
         shares: &[(u32, f32)],
         band_gains: &[f32],
         blocks: Range<usize>,
         lost: Option<Lost<'_>>,
     ) {
-        let mixture = Mixture::new(carriers, hop, (shares, lost), &blocks);
+        let mixture = Mixture::new(carriers, of_carriers, (shares, lost), &blocks);
         self.arch.dispatch(Coloured { taps: self, hop, mixture: mixture.parts(), band_gains, blocks });
     }
 
@@ -344,7 +344,7 @@ mod tests {
         let carriers = CarrierSet::pack(std::iter::repeat_n([spectra.clone(), spectra], 6), 3, bins);
         let mut taps = Taps::new(3, &places, 2);
         // Left 1 to 2, right 4 throughout.
-        taps.set(1, &carriers, &[(0, 0.75), (1, 0.25)], &[1.0, 2.0, 4.0, 4.0], all.clone(), None);
+        taps.set(1, (&carriers, 1), &[(0, 0.75), (1, 0.25)], &[1.0, 2.0, 4.0, 4.0], all.clone(), None);
         let phasor = Complex32::from_polar(1.0, -0.7);
         let turn = vec![Block { re: [phasor.re; LANES], im: [phasor.im; LANES] }; blocks_for(bins)];
         taps.turn(1, &turn, all);

@@ -4,11 +4,13 @@ use crate::StftGrid;
 use crate::latency::{EARLY_HOPS, Pace};
 use crate::number::single;
 use crate::render::lanes::{Accumulate, Block, EarBlocks, LANES, blocks_for, ear_spectrum};
+use crate::render::part::{Heard as HeardBy, Hop, Part};
 use crate::render::ring::Ring;
 use crate::simd::LANE;
 use promenade_fourier::num_complex::Complex32;
 use promenade_fourier::{ComplexToReal, RealToComplex};
 use pulp::{Arch, Simd, WithSimd};
+use std::ops::Range;
 use std::sync::Arc;
 
 /// One response of both ears, cut into blocks.
@@ -94,7 +96,7 @@ impl Undelayed {
 
     /// Begins a hop, with another filter of the first hops, on the host's bins, where there is one. It is faded to over the
     /// hop, but for the first, which is heard at once.
-    pub(crate) fn set(&mut self, filter: Option<&[EarBlocks]>) {
+    fn set(&mut self, filter: Option<&[EarBlocks]>) {
         self.moves = self.is_set && filter.is_some();
         if let Some(filter) = filter {
             self.now = if self.is_set { 1 - self.now } else { self.now };
@@ -141,23 +143,14 @@ impl Undelayed {
         }
     }
 
-    /// Whether there is a filter.
-    pub(crate) fn is_set(&self) -> bool {
-        self.is_set
-    }
-
-    /// Samples that may be given to [`Undelayed::process`] now.
-    pub(crate) fn room(&self) -> usize {
-        self.block - self.filled()
-    }
-
     /// Samples of the running block.
     fn filled(&self) -> usize {
         self.at % self.block
     }
 
-    /// Convolves samples of one block, which lie in one hop, and adds what the ears hear of them.
-    pub(crate) fn process(&mut self, samples: &[f32], ears: [&mut [f32]; 2]) {
+    /// Convolves samples of one block, the first of number `at` of a hop, and adds what the ears hear of them.
+    fn convolve(&mut self, samples: &[f32], at: usize, ears: [&mut [f32]; 2]) {
+        self.at = at;
         let (count, from) = (samples.len(), self.filled());
         self.input[self.block + from..][..count].copy_from_slice(samples);
         if samples.iter().any(|x| *x != 0.0) {
@@ -219,9 +212,18 @@ impl Undelayed {
             }
         }
     }
+}
 
-    /// Is as new again.
-    pub(crate) fn reset(&mut self) {
+impl Part for Undelayed {
+    fn begin(&mut self, hop: &Hop<'_>) {
+        self.set(hop.filter);
+    }
+
+    fn take(&mut self, hop: &mut [f32], span: Range<usize>, heard: &mut HeardBy<'_>) {
+        self.convolve(&hop[span.clone()], span.start, heard.ears.each_mut().map(|ear| &mut **ear));
+    }
+
+    fn reset(&mut self) {
         self.input.fill(0.0);
         self.ring.reset();
         (self.at, self.now) = (0, 0);
@@ -230,7 +232,7 @@ impl Undelayed {
         self.responses.iter_mut().flat_map(|response| &mut response.tail).for_each(|tail| tail.fill(0.0));
     }
 
-    pub(crate) fn memory_bytes(&self) -> usize {
+    fn memory_bytes(&self) -> usize {
         let response = &self.responses[0];
         let floats = self.input.len() + self.frame.len() + self.whole.len() + 4 * (response.tail[0].len() + self.block);
         floats * size_of::<f32>()
@@ -340,9 +342,9 @@ mod tests {
             if at % GRID.hop == 0 {
                 undelayed.set(filters.get(at / GRID.hop).copied());
             }
-            let count = piece.min(undelayed.room()).min(sound.len() - at);
+            let count = piece.min(undelayed.block - at % undelayed.block).min(sound.len() - at);
             let [left, right] = &mut ears;
-            undelayed.process(&sound[at..at + count], [&mut left[at..at + count], &mut right[at..at + count]]);
+            undelayed.convolve(&sound[at..at + count], at % GRID.hop, [&mut left[at..at + count], &mut right[at..at + count]]);
             at += count;
         }
         ears
@@ -394,7 +396,7 @@ mod tests {
         let mut once = || {
             undelayed.set(Some(&filter));
             let [mut left, mut right] = [[0.0; 60], [0.0; 60]];
-            undelayed.process(&sound[..60], [&mut left, &mut right]);
+            undelayed.convolve(&sound[..60], 0, [&mut left, &mut right]);
             undelayed.reset();
             left
         };

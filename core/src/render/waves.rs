@@ -9,6 +9,7 @@ use crate::number::{single, whole};
 use crate::render::crossover::Crossover;
 use crate::render::decay_curve::DecayCurve;
 use crate::render::lanes::WeightedSum;
+use crate::render::part::{Heard, Hop, Part};
 use crate::scene::{BASS_SIGNALS, BassEars, BassField};
 use crate::{EARLY_S, Pose, Scene, StftGrid, Trim};
 use glam::Vec3;
@@ -16,6 +17,7 @@ use promenade_fourier::num_complex::Complex32;
 use promenade_fourier::{forward, inverse};
 use pulp::Arch;
 use std::f64::consts::{PI, TAU};
+use std::ops::Range;
 use std::sync::Arc;
 
 /// Samples a second that the low half is heard at, times the crossover, at least.
@@ -273,12 +275,6 @@ impl WaveBass {
         })
     }
 
-    /// Begins a hop over which the listener moves to `pose`.
-    pub(crate) fn begin(&mut self, pose: &Pose, trim: &Trim) {
-        self.moves = false;
-        self.wanted = Some((*pose, *trim));
-    }
-
     /// Takes the pose that was asked for, once the hop is heard.
     fn follow(&mut self) {
         let Some((pose, trim)) = &self.wanted.take() else { return };
@@ -297,7 +293,7 @@ impl WaveBass {
     }
 
     /// Takes samples of the hop, the first of number `at`, and leaves their upper half.
-    pub(crate) fn take(&mut self, samples: &mut [f32], at: usize) {
+    fn split(&mut self, samples: &mut [f32], at: usize) {
         self.quiet = if samples.iter().any(|x| *x != 0.0) { 0 } else { self.quiet.saturating_add(samples.len()) };
         if self.quiet > self.longest {
             if self.quiet - samples.len() <= self.longest {
@@ -332,13 +328,6 @@ impl WaveBass {
                 let sum: f32 = phases.zip(heard.all()).map(|(w, x)| w * x).sum();
                 out[i] = sum * every as f32;
             }
-        }
-    }
-
-    /// Adds what the ears hear of samples of the hop, the first of number `at`.
-    pub(crate) fn add_to(&self, at: usize, ears: [&mut [f32]; 2]) {
-        for (ear, out) in ears.into_iter().zip(&self.out) {
-            ear.iter_mut().zip(&out[at..]).for_each(|(ear, out)| *ear += out);
         }
     }
 
@@ -442,20 +431,33 @@ impl WaveBass {
         self.decayed = Some(wanted);
     }
 
-    /// Samples for which it sounds on after the input has ended.
-    pub(crate) fn tail_samples(&self) -> usize {
-        (self.now[0].len() + 4 * REACH) * self.filters.every
-    }
-
     fn silence(&mut self) {
         self.crossover.reset();
         self.fine.reset();
         self.low.reset();
         self.heard.iter_mut().for_each(Newest::reset);
     }
+}
 
-    /// Forgets the past.
-    pub(crate) fn reset(&mut self) {
+impl Part for WaveBass {
+    /// Over the hop the listener moves to where it ends.
+    fn begin(&mut self, hop: &Hop<'_>) {
+        self.moves = false;
+        self.wanted = Some((hop.to, hop.trim));
+    }
+
+    fn take(&mut self, hop: &mut [f32], span: Range<usize>, heard: &mut Heard<'_>) {
+        self.split(&mut hop[span.clone()], span.start);
+        for (ear, out) in heard.ears.iter_mut().zip(&self.out) {
+            ear.iter_mut().zip(&out[span.clone()]).for_each(|(ear, out)| *ear += out);
+        }
+    }
+
+    fn tail_samples(&self) -> usize {
+        (self.now[0].len() + 4 * REACH) * self.filters.every
+    }
+
+    fn reset(&mut self) {
         self.silence();
         self.missing = self.filters.every;
         self.set = None;
@@ -463,7 +465,7 @@ impl WaveBass {
         self.out.iter_mut().for_each(|out| out.fill(0.0));
     }
 
-    pub(crate) fn memory_bytes(&self) -> usize {
+    fn memory_bytes(&self) -> usize {
         let taps = self.now[0].len();
         4 * (4 * taps + 2 * taps + self.mixed.len() + self.gains.len() + 2 * self.fine.length) + self.out[0].len() * 8
     }

@@ -103,7 +103,7 @@ fn flutter_db(scene: &Arc<Scene>, hz: f64) -> f64 {
     let mut engine = Spatializer::new(RATE);
     engine.install(Box::new(Renderer::new(Arc::clone(scene), RATE).unwrap()));
     let turned_at = |i: usize| turned(Vec3::ZERO, 30.0 * (i as f64 / RATE) as f32 - 40.0, 0.0, 0.0);
-    engine.process(&[&dry], [left, right], &BlockParams::default(), turned_at);
+    engine.process(&[&dry], &[], [left, right], &BlockParams::default(), turned_at);
     let of_ear = |ear: &Vec<f32>| {
         let base = |(i, v): (usize, &f32)| Complex64::from_polar(f64::from(*v), -TAU * hz * i as f64 / RATE);
         let samples: Vec<Complex64> = ear.iter().enumerate().skip(settled).map(base).collect();

@@ -90,7 +90,7 @@ fn the_same_at_every_host_rate() {
             let mut ears = [vec![0.0; input.len()], vec![0.0; input.len()]];
             let pose = Pose::from_ypr(on_the_floor(0.0, 0.0), 0.6, 0.0, 0.0);
             let [left, right] = &mut ears;
-            renderer.process(&input, [left, right], Tier::Standard, &mut |_| pose);
+            renderer.process(&[input[..].into()], [left, right], Tier::Standard, &mut |_| pose);
             let itd = itd_s(&ears[0], &ears[1], rate).unwrap();
             let native = {
                 let [l, r] = render_response(&scene, pose, 400, 8_000).unwrap();

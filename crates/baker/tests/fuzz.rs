@@ -52,7 +52,7 @@ fn scenes_with_a_right_checksum() {
             return Ok(());
         }
         let mut player = Spatializer::new(rate);
-        player.install(Box::new(scenes::full_renderer(&scene, rate)));
+        player.install(Box::new(scenes::full_renderer(&scene, rate, 1)));
         let dry = noise(1, (rate / 10.0) as usize);
         for tier in Tier::ALL.into_iter().filter(|tier| scene.has_tier(*tier)) {
             let params = BlockParams { tier, ..BlockParams::default() };

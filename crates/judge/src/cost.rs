@@ -2,7 +2,7 @@
 
 use crate::poses::{noise, walk};
 use cpu_time::ThreadTime;
-use promenade_core::{BlockParams, Quality, Renderer, Scene, Spatializer, StftGrid, Tier};
+use promenade_core::{BlockParams, Quality, Renderer, RendererConfig, Scene, Spatializer, StftGrid, Tier};
 use promenade_metrics::statistics::median;
 use std::sync::Arc;
 
@@ -54,7 +54,9 @@ pub fn setting_costs(settings: &[&Setting], sample_rate_hz: f64, block: usize, s
         .iter()
         .map(|setting| {
             let tier = setting.quality.tier;
-            let renderer = Renderer::for_tier(&setting.scene, sample_rate_hz, tier).ok()?;
+            let renderer =
+                Renderer::new(Arc::clone(&setting.scene), RendererConfig::inline(&setting.scene, sample_rate_hz, tier, 1))
+                    .ok()?;
             if renderer.played_tier(tier) != tier {
                 return None;
             }
@@ -74,7 +76,7 @@ pub fn setting_costs(settings: &[&Setting], sample_rate_hz: f64, block: usize, s
             let began = ThreadTime::now();
             for (b, x) in input.chunks(block).enumerate() {
                 let out = [&mut left[..x.len()], &mut right[..x.len()]];
-                spatializer.process(&[x], out, &params, |i| walk(&start, (b * block + i) as f64 / sample_rate_hz));
+                spatializer.process(&[x], &[], out, &params, |i| walk(&start, (b * block + i) as f64 / sample_rate_hz));
             }
             times.push(began.elapsed().as_secs_f64() / played);
         }

@@ -16,7 +16,7 @@ use crate::{Ears, Stream};
 use playback::{Playback, Write};
 use promenade_audio::resample;
 use promenade_core::headphones::{HeadphoneFilter, Headphones};
-use promenade_core::{BlockParams, Latency, MOST_FURTHER, Pose, Scene, Tier, Trim};
+use promenade_core::{BlockParams, Latency, MOST_VOICES, Pose, Scene, Tier, Trim};
 use source::mono;
 use std::sync::Arc;
 
@@ -132,18 +132,18 @@ impl Player {
         self
     }
 
-    /// Adds further sounds in the same room, [`MOST_FURTHER`] at most, of the sound's rate: they are played with the next
-    /// sound, and once. To be chosen before a stereo spread.
+    /// Adds further sounds in the same room, two fewer than [`MOST_VOICES`] at most, of the sound's rate: they are played with
+    /// the next sound, and once.
     ///
     /// # Errors
-    /// Clips, a sound that is converted, a scene without its emitter's place, a latency that is shorter than a frame.
+    /// Clips, a sound that is converted, a scene without its emitter's place.
     pub fn with_voices(mut self, voices: Vec<Voice>) -> Result<Self, PlayerError> {
         if voices.is_empty() {
             return Ok(self);
         }
         let wrong = |expected: &str, found: String| Err(PlayerError::argument("further sound", expected, found));
-        if voices.len() > MOST_FURTHER {
-            return wrong(&format!("{MOST_FURTHER} at most"), voices.len().to_string());
+        if voices.len() > MOST_VOICES - 2 {
+            return wrong(&format!("{} at most", MOST_VOICES - 2), voices.len().to_string());
         }
         if let Some(voice) = voices.iter().find(|voice| f64::from(voice.sample_rate_hz()) != self.rate_hz) {
             return wrong(&format!("{} Hz", self.rate_hz), format!("{} Hz", voice.sample_rate_hz()));

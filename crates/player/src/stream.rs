@@ -1,8 +1,8 @@
 //! A scene as a host plays it, offline.
 
-use promenade_core::decode::InlineWorker;
 use promenade_core::{
-    BlockParams, EmitterParams, Emitters, Further, Latency, Pose, RenderError, RenderParams, Renderer, Scene, Tier,
+    BlockParams, EmitterParams, Emitters, Latency, Pose, RenderError, RenderParams, Renderer, RendererConfig, Scene, Tier,
+    Voice,
 };
 use std::sync::Arc;
 
@@ -17,6 +17,9 @@ pub struct Stream {
     emitters: Emitters,
     params: RenderParams,
     places: EmitterParams,
+    latency: Latency,
+    /// Voices besides those of the sound's own channels.
+    further: usize,
     /// Samples since the sound began.
     played: usize,
 }
@@ -37,33 +40,31 @@ impl Stream {
     pub fn at_latency(scene: &Arc<Scene>, rate_hz: f64, block: &BlockParams, latency: Latency) -> Result<Self, RenderError> {
         let mut params = RenderParams::from(block);
         params.quality.live.wait = true;
-        let emitters = Renderer::for_tier_with(scene, rate_hz, block.tier, latency)?.into();
-        Ok(Self { emitters, params, places: block.emitters, played: 0 })
+        let emitters = made(scene, rate_hz, block.tier, latency, 1)?;
+        Ok(Self { emitters, params, places: block.emitters, latency, further: 0, played: 0 })
     }
 
-    /// Adds so many further sources ([`Renderer::with_further`]).
+    /// Adds so many further voices.
     ///
     /// # Errors
-    /// A scene that plays one source only.
-    pub fn with_further(self, count: usize) -> Result<Self, RenderError> {
-        Ok(Self { emitters: self.emitters.with_further(count)?, ..self })
+    /// A scene that plays one voice only.
+    pub fn with_further(self, further: usize) -> Result<Self, RenderError> {
+        Self { further, ..self }.made_again()
     }
 
     /// Gives the channels of a stereo sound an emitter each, this angle apart, radians.
     ///
     /// # Errors
-    /// A rate at which the second emitter cannot be played.
-    pub fn with_spread(mut self, spread: f32) -> Result<Self, RenderError> {
-        let first = self.emitters.first();
-        let second = first.another()?;
-        let decoder = if self.params.quality.tier >= Tier::High { InlineWorker::new(first.scene()) } else { None };
-        let second = match decoder {
-            Some(decoder) => second.with_worker(Box::new(decoder)),
-            None => second,
-        };
-        self.emitters = self.emitters.with_second(second);
-        self.places.spread = spread;
-        Ok(self)
+    /// A scene that plays one voice only.
+    pub fn with_spread(self, spread: f32) -> Result<Self, RenderError> {
+        Self { places: EmitterParams { spread, ..self.places }, ..self }.made_again()
+    }
+
+    fn made_again(self) -> Result<Self, RenderError> {
+        let (own, tier) = (if self.is_spread() { 2 } else { 1 }, self.params.quality.tier);
+        let (scene, rate_hz) = (self.renderer().scene(), self.renderer().grid().sample_rate_hz);
+        let emitters = made(scene, rate_hz, tier, self.latency, own + self.further)?;
+        Ok(Self { emitters: if own > 1 { emitters.with_second() } else { emitters }, ..self })
     }
 
     /// Whether a stereo sound's channels have emitters of their own.
@@ -83,10 +84,10 @@ impl Stream {
         &mut self.params
     }
 
-    /// The renderer of the one emitter, or of the left channel's.
+    /// What renders the voices.
     #[must_use]
     pub fn renderer(&self) -> &Renderer {
-        self.emitters.first()
+        self.emitters.renderer()
     }
 
     /// Samples for which the room sounds on after a sound has ended.
@@ -108,11 +109,11 @@ impl Stream {
         self.advance_further(input, &[], ears, pose_at)
     }
 
-    /// Renders the next samples as [`Stream::advance`] does, with what further sources play.
+    /// Renders the next samples as [`Stream::advance`] does, with what further voices play.
     pub fn advance_further(
         &mut self,
         input: &[&[f32]],
-        further: &[Further<'_>],
+        further: &[Voice<'_>],
         ears: [&mut [f32]; 2],
         pose_at: &mut dyn FnMut(f64) -> Pose,
     ) -> usize {
@@ -120,7 +121,7 @@ impl Stream {
             (ears[0].len(), self.renderer().latency_samples(), self.renderer().grid().sample_rate_hz);
         let played = self.played;
         let mut pose_at = |i| pose_at((played + i) as f64 / rate_hz);
-        self.emitters.process_further(input, further, ears, self.params, &self.places, &mut pose_at);
+        self.emitters.process(input, further, ears, self.params, &self.places, &mut pose_at);
         self.played += count;
         latency.saturating_sub(played).min(count)
     }
@@ -161,6 +162,11 @@ impl Stream {
     pub fn lead(&self) -> usize {
         self.renderer().grid().n_fft
     }
+}
+
+fn made(scene: &Arc<Scene>, rate_hz: f64, tier: Tier, latency: Latency, voices: usize) -> Result<Emitters, RenderError> {
+    let config = RendererConfig { latency, ..RendererConfig::inline(scene, rate_hz, tier, voices) };
+    Ok(Renderer::new(Arc::clone(scene), config)?.into())
 }
 
 #[cfg(test)]

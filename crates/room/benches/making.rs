@@ -51,7 +51,7 @@ fn main() {
             lap(&mut ms[0]);
             let carriers = Arc::new(Carriers::new(&scene, 48_000.0));
             lap(&mut ms[1]);
-            let renderer = Renderer::with_carriers(scene, 48_000.0, carriers).unwrap();
+            let renderer = Renderer::new(scene, (48_000.0, carriers)).unwrap();
             lap(&mut ms[2]);
             drop(renderer);
         }

@@ -264,7 +264,7 @@ pub fn wild(rng: &mut Rng, scenes: &[(&str, Arc<Scene>)], samples: usize) -> Res
     let mut spare: Vec<_> = (0..3)
         .filter_map(|_| rng.choice(scenes))
         .filter(|(_, scene)| scene.playable_at(rate).is_ok())
-        .map(|(_, scene)| Box::new(Emitters::from(full_renderer(scene, rate)).with_second(full_renderer(scene, rate))))
+        .map(|(_, scene)| Box::new(Emitters::from(full_renderer(scene, rate, 2)).with_second()))
         .collect();
     let mut s = Spatializer::new(rate);
     let mut at = 0;
@@ -288,7 +288,7 @@ pub fn wild(rng: &mut Rng, scenes: &[(&str, Arc<Scene>)], samples: usize) -> Res
         let (walk, params) = (rng.choice(walks).unwrap_or(Walk::Far), settings(rng));
         // The poses of this block may belong to another time.
         let start = if rng.bool() { at } else { rng.usize(0..1 << 40) };
-        s.process(&stereo[..rng.usize(0..3)], [&mut left, &mut right], &params, |i| walk.pose(start + i, rate));
+        s.process(&stereo[..rng.usize(0..3)], &[], [&mut left, &mut right], &params, |i| walk.pose(start + i, rate));
         if let Some(x) = left.iter().chain(&right).find(|x| !is_output(**x)) {
             let kinds = s.renderer().map(|r| r.scene().tiers().collect::<Vec<_>>());
             return Err(format!("{x:e} at {rate} Hz, {size} samples of {inputs:?}, {walk:?}, {params:?}, tiers {kinds:?}"));

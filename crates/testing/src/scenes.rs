@@ -7,8 +7,8 @@ use promenade_core::network::CloudKind;
 use promenade_core::published::{ConvMode, Projection};
 use promenade_core::{
     AMBISONIC_CHANNELS, AmbisonicHead, Anchor, AnchorCloud, Axis, Bands, BlockParams, Facing, Field, FieldGrid, ImageSource,
-    ImageSources, MeasuredRoom, Pose, Provenance, Renderer, Rows, Scene, SceneParts, Site, Spatializer, StftGrid, TailModel,
-    TransferShape,
+    ImageSources, MeasuredRoom, Pose, Provenance, Renderer, RendererConfig, Rows, Scene, SceneParts, Site, Spatializer,
+    StftGrid, TailModel, TransferShape,
 };
 use std::f32::consts::PI;
 use std::sync::Arc;
@@ -179,22 +179,24 @@ fn parts(sample_rate_hz: f64, t60_s: f32, tail_gain: f32, taps: usize) -> SceneP
     }
 }
 
-/// A renderer at `rate` Hz that decodes on the thread that renders.
+/// A renderer at `rate` Hz of one voice that decodes on the thread that renders.
 ///
 /// # Panics
 /// The scene cannot be played at that rate, or has no anchor cloud.
 #[must_use]
 pub fn live_renderer(scene: &Arc<Scene>, rate: f64) -> Renderer {
-    Renderer::new(Arc::clone(scene), rate).unwrap().with_worker(Box::new(InlineWorker::new(scene).unwrap()))
+    assert!(scene.cloud().is_some(), "the scene has no anchor cloud");
+    full_renderer(scene, rate, 1)
 }
 
-/// A renderer at `rate` Hz of all tiers that the scene has there, which decodes on the thread that renders.
+/// A renderer at `rate` Hz of some voices, of all tiers that the scene has there, which decodes on the thread that renders.
 ///
 /// # Panics
 /// The scene cannot be played at that rate.
 #[must_use]
-pub fn full_renderer(scene: &Arc<Scene>, rate: f64) -> Renderer {
-    if scene.cloud().is_some() { live_renderer(scene, rate) } else { Renderer::new(Arc::clone(scene), rate).unwrap() }
+pub fn full_renderer(scene: &Arc<Scene>, rate: f64, voices: usize) -> Renderer {
+    let config = RendererConfig { voices, workers: InlineWorker::several(scene, voices), ..rate.into() };
+    Renderer::new(Arc::clone(scene), config).unwrap()
 }
 
 /// A spatializer at `rate` Hz that plays the scene.
@@ -221,7 +223,7 @@ pub fn render(
     while at < input.len() {
         let n = sizes[turn % sizes.len()].min(input.len() - at);
         let [l, r] = &mut out;
-        s.process(&[&input[at..at + n]], [&mut l[at..at + n], &mut r[at..at + n]], params, |i| pose_at(at + i));
+        s.process(&[&input[at..at + n]], &[], [&mut l[at..at + n], &mut r[at..at + n]], params, |i| pose_at(at + i));
         at += n;
         turn += 1;
     }

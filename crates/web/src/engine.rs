@@ -7,7 +7,8 @@ use promenade_core::decode::{CloudDecoder, InlineWorker};
 use promenade_core::glam::Vec3;
 use promenade_core::headphones::{HeadphoneStage, Headphones};
 use promenade_core::{
-    BlockParams, CameraPath, Decoded, Emitters, Head, Keyframe, Playback, Pose, Renderer, Scene, Spatializer, Tier,
+    BlockParams, CameraPath, DecodeWorker, Decoded, Emitters, Head, Keyframe, Playback, Pose, Renderer, RendererConfig, Scene,
+    Spatializer, Tier,
 };
 use std::sync::Arc;
 
@@ -98,36 +99,29 @@ impl Engine {
             scene = scene.with_head(head).map_err(|e| e.to_string())?;
         }
         let scene = Arc::new(scene);
-        let mut renderer = Renderer::new(Arc::clone(&scene), self.rate_hz).map_err(|e| e.to_string())?;
-        let mut second = match options.second_emitter {
-            true => Some(renderer.another().map_err(|e| e.to_string())?),
-            false => None,
-        };
+        let voices = if options.second_emitter { 2 } else { 1 };
         self.mailboxes.clear();
         self.decoder = CloudDecoder::new(&scene).map(|decoder| {
             let blank = decoder.blank();
             (decoder, blank)
         });
-        if options.inline {
-            let inline = |renderer: Renderer| match InlineWorker::new(&scene) {
-                Some(worker) => renderer.with_worker(Box::new(worker)),
-                None => renderer,
-            };
-            (renderer, second) = (inline(renderer), second.map(inline));
-        } else if let Some((decoder, _)) = &mut self.decoder {
-            let mut by_mail = |renderer: Renderer| {
-                let mailbox = SharedMailbox::new(decoder, &scene.start_pose());
-                self.mailboxes.push(mailbox.clone());
-                renderer.with_worker(Box::new(Correspondent::new(mailbox)))
-            };
-            (renderer, second) = (by_mail(renderer), second.map(by_mail));
-        }
+        let workers = match &mut self.decoder {
+            Some(_) if options.inline => InlineWorker::several(&scene, voices),
+            Some((decoder, _)) => {
+                let mailboxes = &mut self.mailboxes;
+                let by_mail = |_| {
+                    let mailbox = SharedMailbox::new(decoder, &scene.start_pose());
+                    mailboxes.push(mailbox.clone());
+                    Box::new(Correspondent::new(mailbox)) as Box<dyn DecodeWorker>
+                };
+                (0..voices).map(by_mail).collect()
+            }
+            None => Vec::new(),
+        };
+        let config = RendererConfig { voices, workers, ..self.rate_hz.into() };
+        let renderer = Renderer::new(Arc::clone(&scene), config).map_err(|e| e.to_string())?;
         self.params.live.wait = options.inline;
-        let mut emitters = Emitters::from(renderer);
-        if let Some(second) = second {
-            emitters = emitters.with_second(second);
-        }
-        self.stream.install(emitters);
+        self.stream.install(Emitters::from(renderer).with_second());
         self.listener = Listener::new(scene.start_pose(), self.rate_hz);
         self.scene = Some(scene);
         self.clock = 0;
@@ -249,7 +243,8 @@ impl Engine {
         let [left, right] = &mut self.ears;
         let (left, right) = (&mut left[..len], &mut right[..len]);
         let heard = &both[..channels.clamp(1, 2)];
-        self.stream.process(heard, [&mut *left, &mut *right], &self.params, |i| listener.pose_at((clock + i as u64) as f64));
+        self.stream
+            .process(heard, &[], [&mut *left, &mut *right], &self.params, |i| listener.pose_at((clock + i as u64) as f64));
         self.headphone_stage.process([left, right], true);
         self.clock += len as u64;
     }

@@ -5,7 +5,7 @@ use crate::listener::snapshot::Snapshot;
 use crate::parameter::cast::{index, narrow};
 use nice_plug::prelude::Buffer;
 use promenade_core::glam::Vec3;
-use promenade_core::{Further, Ramp};
+use promenade_core::{Ramp, Voice};
 use std::ops::Range;
 
 /// Time in which a step of a level is taken, seconds.
@@ -67,14 +67,14 @@ pub(super) fn of_span<'a, const FURTHER: usize>(
     span: Range<usize>,
     share: f32,
     on_path: impl Fn(usize) -> Vec3,
-) -> [Further<'a>; FURTHER] {
+) -> [Voice<'a>; FURTHER] {
     std::array::from_fn(|number| {
         let channel = inputs.get(number).and_then(|input| input.as_slice_immutable().first());
         let to = &snapshot.further[number];
         let begin = from.map(|from| &from.further[number]);
         let input = channel.and_then(|channel| channel.get(span.clone())).filter(|input| !is_silent(input));
         let offset = begin.map_or(to.offset, |begin| ramp::offset_at(begin, to, share));
-        Further { input: input.unwrap_or_default(), offset: on_path(number) + offset }
+        Voice::at(input.unwrap_or_default(), on_path(number) + offset)
     })
 }
 

@@ -28,7 +28,7 @@ use crate::telemetry::host_side::HostSide;
 use crate::telemetry::members;
 use nice_plug::prelude::*;
 use nice_plug::util::permit_alloc;
-use promenade_core::{Further, Spatializer};
+use promenade_core::{Spatializer, Voice};
 use std::sync::Arc;
 use std::time::Instant;
 
@@ -214,7 +214,7 @@ impl<const FURTHER: usize> Promenade<FURTHER> {
             let (input, nowhere) = self.input.copied(outputs, span.clone());
             self.monitor.measure_input(input, channels == 2);
             let on_path = |further| listener.source_offset(1 + further, span.end - 1);
-            let others: [Further; FURTHER] = further_input::of_span(further, snapshot, from, span.clone(), share, on_path);
+            let others: [Voice; FURTHER] = further_input::of_span(further, snapshot, from, span.clone(), share, on_path);
             self.monitor.measure_further(&others);
             let all = input[..channels].iter().copied().chain(others.iter().map(|other| other.input));
             let sounds = all.flatten().any(|sample| sample.abs() >= SILENCE);
@@ -225,7 +225,7 @@ impl<const FURTHER: usize> Promenade<FURTHER> {
                     [last] => [&mut last[span.clone()], &mut *nowhere],
                     [] => continue,
                 };
-                spatializer.process_further(&input[..channels], &others, pair, &block, |i| listener.pose(start + i));
+                spatializer.process(&input[..channels], &others, pair, &block, |i| listener.pose(start + i));
             }
             if let (true, [left, right]) = (is_binaural, &mut *outputs) {
                 self.playing.headphones.process([&mut left[span.clone()], &mut right[span.clone()]], !snapshot.block.bypass);

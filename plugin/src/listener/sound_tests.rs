@@ -50,7 +50,9 @@ fn turned(smooth: bool) -> Vec<f32> {
             glided: Glided::default(),
         };
         let right = &mut right[..chunk.len()];
-        renderer.process(chunk, [left, right], Quality::default(), &mut |i| if smooth { listener.pose(i) } else { tracked });
+        renderer.process(&[chunk.into()], [left, right], Quality::default(), &mut |i| {
+            if smooth { listener.pose(i) } else { tracked }
+        });
         listener.pose(chunk.len());
     }
     left

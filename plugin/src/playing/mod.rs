@@ -225,7 +225,7 @@ impl Playing {
             && let Some(prepared) = self.loader.scenes.pop()
         {
             self.dry = if let Prepared::Dry(gain) = &prepared { Some(*gain) } else { None };
-            let apart = |pairs: &Pairs| pairs.first().is_some_and(|next| next.first().latency_samples() != latency);
+            let apart = |pairs: &Pairs| pairs.first().is_some_and(|next| next.renderer().latency_samples() != latency);
             match prepared {
                 Prepared::Dry(_) => (),
                 Prepared::Scene(pairs) if self.next.is_some() || (gaps && apart(&pairs)) => {

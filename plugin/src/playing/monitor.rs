@@ -8,7 +8,7 @@ use crate::playing::Playing;
 use crate::telemetry::loudness::SoundWriter;
 use crate::telemetry::{Frame, Telemetry, raise};
 use crate::worker::repaint::Repaint;
-use promenade_core::{Further, Spatializer};
+use promenade_core::{Spatializer, Voice};
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -65,7 +65,7 @@ impl<const FURTHER: usize> Monitor<FURTHER> {
     ///
     /// # Real-time
     /// Audio thread; no allocation, lock or I/O.
-    pub(crate) fn measure_further(&mut self, further: &[Further<'_>]) {
+    pub(crate) fn measure_further(&mut self, further: &[Voice<'_>]) {
         if self.telemetry.watched.is_on() {
             for (number, source) in further.iter().enumerate() {
                 let peak = peak(source.input);

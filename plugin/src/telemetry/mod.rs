@@ -327,7 +327,7 @@ mod tests {
         let mut renderer = Renderer::new(scene, 48_000.0).unwrap();
         let pose = Pose::from_ypr(Vec3::ZERO, 1.0, 0.0, 0.0);
         let (mut left, mut right) = ([0.0; 512], [0.0; 512]);
-        renderer.process(&[0.1; 512], [&mut left, &mut right], Quality::default(), &mut |_| pose);
+        renderer.process(&[[0.1; 512][..].into()], [&mut left, &mut right], Quality::default(), &mut |_| pose);
         let mut frame = Frame::default();
         frame.show(&renderer);
         assert!(frame.ild_db > 2.0, "{}", frame.ild_db);

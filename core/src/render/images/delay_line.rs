@@ -86,12 +86,12 @@ impl DelayLine {
         }
     }
 
-    /// Mixes as many samples as `out` has, whole vectors, from `back` samples before the first of the newest hop on, or some
-    /// earlier, so that reads begin where a vector does. Returns how many earlier, less than [`LANES`]. The hop's length is
-    /// `hop`; all are within what is kept.
+    /// Mixes as many samples as `out` has, whole vectors, from `back` samples before the first of a hop on, or some earlier, so
+    /// that reads begin where a vector does. Returns how many earlier, less than [`LANES`]. Of the hop `newest` samples are
+    /// written; all are within what is kept.
     #[inline(always)]
-    pub(crate) fn mix<S: Simd>(&self, simd: S, weights: &Weights, back: usize, hop: usize, out: &mut [f32]) -> usize {
-        let wanted = (self.now + 2 * self.length - hop - back) % self.length;
+    pub(crate) fn mix<S: Simd>(&self, simd: S, weights: &Weights, back: usize, newest: usize, out: &mut [f32]) -> usize {
+        let wanted = (self.now + 2 * self.length - newest - back) % self.length;
         let start = wanted / LANES * LANES;
         let stretch = |basis: usize| {
             let from = self.origin + 2 * basis * self.length + start;

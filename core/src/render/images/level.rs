@@ -31,6 +31,11 @@ impl Levels {
         changed
     }
 
+    /// The next settings are others than before.
+    pub(crate) fn forget(&mut self) {
+        self.trim.direct = f32::NAN;
+    }
+
     /// Level of an image that is heard some samples after the direct sound.
     pub(crate) fn gain(&self, after: f64) -> f32 {
         let Trim { early, late, .. } = self.trim;

@@ -35,6 +35,8 @@ impl Moment {
 /// Plays one image over a hop, from one moment to the next.
 pub(crate) struct Voice<'a> {
     pub(crate) line: &'a DelayLine,
+    /// Samples of the hop that are in it: all, or none.
+    pub(crate) newest: usize,
     pub(crate) weights: &'a Weights,
     pub(crate) from: Moment,
     pub(crate) to: Moment,
@@ -53,13 +55,13 @@ impl WithSimd for Voice<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let Self { line, weights, from, to, scratch, bus } = self;
+        let Self { line, newest, weights, from, to, scratch, bus } = self;
         let jumps = (to.delay - from.delay).abs() > FASTEST * bus.hop() as f64;
         // After a jump the old place fades out while the new one fades in.
         let ways = if jumps { [(from, from.silent()), (to.silent(), to)] } else { [(from, to), (to, to)] };
         for (from, to) in &ways[..if jumps { 2 } else { 1 }] {
             let hop = bus.hop();
-            play(simd, line, weights, (from, to), hop, scratch, bus.row(&from.direction, &to.direction));
+            play(simd, (line, newest), weights, (from, to), hop, scratch, bus.row(&from.direction, &to.direction));
             bus.add(simd);
         }
     }
@@ -69,7 +71,7 @@ impl WithSimd for Voice<'_> {
 #[inline(always)]
 fn play<S: Simd>(
     simd: S,
-    line: &DelayLine,
+    (line, newest): (&DelayLine, usize),
     weights: &Weights,
     (from, to): (&Moment, &Moment),
     hop: usize,
@@ -86,7 +88,7 @@ fn play<S: Simd>(
     let needed = (whole(at + step * (out.len() * LANES) as f64) + POINTS).next_multiple_of(LANES) + LANES;
     let origin = aligned(scratch);
     let stretch = &mut scratch[origin..][..needed];
-    at += line.mix(simd, weights, back, hop, stretch) as f64;
+    at += line.mix(simd, weights, back, newest, stretch) as f64;
     let ramp = (to.gain - from.gain) / hop as f32;
     let mut gain = from.gain + ramp;
     let slow = slope.abs() < SLOW;
@@ -141,6 +143,7 @@ mod tests {
             weights[0] = 1.0;
             let voice = Voice {
                 line: &line,
+                newest: HOP,
                 weights: &weights,
                 from: moment(from),
                 to: moment(to),

@@ -6,7 +6,7 @@ use super::voice::{STEP, Voice};
 use crate::Stream;
 use cpu_time::ThreadTime;
 use promenade_audio::FileError;
-use promenade_core::{Further, Pose};
+use promenade_core::Pose;
 use std::collections::VecDeque;
 
 /// Takes the next samples of both ears.
@@ -62,7 +62,7 @@ impl Playback<'_> {
                 let to = count.min(from + step);
                 let input: Vec<&[f32]> = channels.iter().map(|channel| &channel[from..to]).collect();
                 let seconds = ((done + from) / STEP * STEP) as f64 / rate_hz;
-                let further: Vec<Further<'_>> = voices.iter().map(|voice| voice.playing(from, seconds)).collect();
+                let further: Vec<_> = voices.iter().map(|voice| voice.playing(from, seconds)).collect();
                 early += stream.advance_further(&input, &further, [&mut left[from..to], &mut right[from..to]], pose_at);
                 from = to;
             }

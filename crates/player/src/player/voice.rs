@@ -2,7 +2,6 @@
 
 use super::source::{Source, mono};
 use promenade_audio::FileError;
-use promenade_core::Further;
 use promenade_core::glam::Vec3;
 use std::collections::VecDeque;
 
@@ -49,7 +48,7 @@ impl Voice {
     }
 
     /// What it plays of the samples that were taken, from one of them on, and where at so many seconds.
-    pub(super) fn playing(&self, from: usize, seconds: f64) -> Further<'_> {
-        Further { input: &self.mono[from.min(self.mono.len())..], offset: (self.offset_at)(seconds) }
+    pub(super) fn playing(&self, from: usize, seconds: f64) -> promenade_core::Voice<'_> {
+        promenade_core::Voice::at(&self.mono[from.min(self.mono.len())..], (self.offset_at)(seconds))
     }
 }

@@ -7,7 +7,7 @@ use promenade_baker::capture::{Emitter, Track, Voice};
 use promenade_core::decode::CloudDecoder;
 use promenade_core::glam::Vec3;
 use promenade_core::network::Placement;
-use promenade_core::{CameraPath, Keyframe, LiveParams, Quality, Renderer, Tier};
+use promenade_core::{CameraPath, Keyframe, LiveParams, Quality, Tier};
 use promenade_testing::noise;
 use std::sync::Arc;
 
@@ -220,13 +220,13 @@ fn the_scene_plays_what_was_trained() {
         assert!(worst < 1e-4, "transfer functions differ by {worst}");
         let example = trainer.example(clip);
         let rendered = trainer.render(std::slice::from_ref(&example)).remove(0);
-        let mut renderer = Renderer::for_tier(&scene, RATE, Tier::High).unwrap();
+        let mut renderer = promenade_testing::scenes::live_renderer(&scene, RATE);
         let latency = renderer.latency_samples();
         let input: Vec<f32> = example.voices[0].dry.iter().copied().chain(vec![0.0; latency]).collect();
         let mut out = [vec![0.0; input.len()], vec![0.0; input.len()]];
         let [left, right] = &mut out;
         let quality = Quality { tier: Tier::High, live: LiveParams { wait: true, ..LiveParams::default() } };
-        renderer.process(&input, [left, right], quality, &mut |_| clip.pose);
+        renderer.process(&[input[..].into()], [left, right], quality, &mut |_| clip.pose);
         for (played, rendered) in out.iter().zip(&rendered) {
             let played = &played[example.pre_roll + latency..];
             let worst = played.iter().zip(rendered).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);

@@ -17,7 +17,7 @@ use crate::project::saved_head::SavedHead;
 use crate::project::scene_frame::SceneFrame;
 use crate::worker::lock::lock;
 use nice_plug::{nice_error, nice_warn};
-use promenade_core::{Emitters, Latency, Renderer, Scene, Trim};
+use promenade_core::{DecodeWorker, Emitters, Latency, RenderError, Renderer, RendererConfig, Scene, Trim};
 use promenade_fault::{Fault, with_causes};
 use std::sync::atomic::Ordering;
 use std::sync::{Arc, Once, Weak};
@@ -186,7 +186,7 @@ impl Loader {
         let mut current = lock(&self.current);
         if let (Prepared::Scene(pairs), Some(scene)) = (&prepared, &scene) {
             let decay = f64::from(scene.tail().longest_t60_s()) * f64::from_bits(request.sample_rate_bits);
-            let first = pairs.first().map(Emitters::first);
+            let first = pairs.first().map(Emitters::renderer);
             current.delays =
                 first.map(|first| [first.latency_samples(), first.tail_samples_with(&Trim::NEUTRAL), index(narrow(decay))]);
         }
@@ -210,31 +210,31 @@ impl Loader {
     /// What renders a scene.
     fn emitters(&self, scene: &Arc<Scene>, sample_rate_hz: f64, latency: Latency, stereo: bool) -> Result<Emitters, Fault> {
         let carriers = cache::carriers(scene, sample_rate_hz, latency).map_err(Fault::of)?;
-        let renderer = |attention| {
-            let renderer =
-                Renderer::with_carriers(Arc::clone(scene), sample_rate_hz, Arc::clone(&carriers)).map_err(Fault::of)?;
+        let stereo = stereo && scene.emitter().is_some();
+        let own = if stereo { 2 } else { 1 };
+        let renderer = |voices: usize| {
             let no_thread = |error| Fault::because("no thread to decode poses on", error);
-            let decoder = SharedWorker::new(scene, attention).map_err(no_thread)?;
-            Ok::<_, Fault>(match decoder {
-                Some(decoder) => renderer.with_worker(Box::new(decoder)),
-                None => renderer,
-            })
-        };
-        let first = renderer(&self.attention)?;
-        let first = match (self.params.further(), first.takes_further()) {
-            (0, _) => first,
-            (count, Ok(())) => first.with_further(count).map_err(Fault::of)?,
-            (_, Err(error)) => {
-                self.exchange.sources_report.set_text(format!("only the first is heard: {error}"));
-                first
-            }
-        };
-        let emitters = Emitters::from(first);
-        if stereo && scene.emitter().is_some() {
             // The editor shows what the first one attends to.
-            return Ok(emitters.with_second(renderer(&Arc::default())?));
-        }
-        Ok(emitters)
+            let attentions = [Arc::clone(&self.attention), Arc::default()];
+            let mut workers: Vec<Box<dyn DecodeWorker>> = Vec::new();
+            for attention in &attentions[..own] {
+                if let Some(decoder) = SharedWorker::new(scene, attention).map_err(no_thread)? {
+                    workers.push(Box::new(decoder));
+                }
+            }
+            let config = RendererConfig { voices, workers, ..(sample_rate_hz, Arc::clone(&carriers)).into() };
+            Ok::<_, Fault>(Renderer::new(Arc::clone(scene), config))
+        };
+        let further = self.params.further();
+        let renderer = match renderer(own + further)? {
+            Err(error @ RenderError::Voices) if further > 0 => {
+                self.exchange.sources_report.set_text(format!("only the first is heard: {error}"));
+                renderer(own)?
+            }
+            made => made,
+        };
+        let emitters = Emitters::from(renderer.map_err(Fault::of)?);
+        Ok(if stereo { emitters.with_second() } else { emitters })
     }
 
     /// The scene that is asked for, heard with the project's head.

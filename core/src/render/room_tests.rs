@@ -2,9 +2,12 @@
 
 use super::*;
 use crate::Bands;
+use crate::decode::Change;
 use crate::number::single;
 use crate::render::carrier::smooth_phases;
+use crate::render::filters::Plan;
 use crate::stft::{Analysis, Synthesis};
+use crate::{StftGrid, TailModel};
 use promenade_fourier::num_complex::Complex64;
 use promenade_testing::noise;
 use std::f64::consts::PI;
@@ -241,11 +244,51 @@ fn synthesised(frames: &[Spectrum64]) -> Vec<f64> {
     out
 }
 
-fn head() -> RenderHead {
-    let carriers = Carriers::of_noise(&GRID, &GRID, TAPS, &bands(), &tail(), 20_000.0);
-    let mut head = RenderHead::new(GRID, &GRID, shape(), &tail(), Arc::new(carriers));
-    head.face(Quat::from_rotation_z(single(FACING)), true);
-    head
+/// A lone voice in its room.
+pub(crate) struct Lone {
+    voices: [VoiceFilters; 1],
+    room: Room,
+    filter_hops: usize,
+    taps: usize,
+}
+
+impl AsRef<VoiceFilters> for VoiceFilters {
+    fn as_ref(&self) -> &VoiceFilters {
+        self
+    }
+}
+
+impl AsMut<VoiceFilters> for VoiceFilters {
+    fn as_mut(&mut self) -> &mut VoiceFilters {
+        self
+    }
+}
+
+impl Lone {
+    pub(crate) fn new(grid: &StftGrid, shape: TransferShape, tail: &TailModel, carriers: &Arc<Carriers>) -> Self {
+        let plan = Plan { grid, scene_grid: grid, shape, tail, carriers, own_taps: shape.taps };
+        let (voices, room) = ([VoiceFilters::new(&plan)], Room::new(&plan));
+        Self { filter_hops: room.filter_hops(&voices[0]), voices, room, taps: shape.taps }
+    }
+
+    /// Is heard by a transfer function, with the head turned.
+    pub(crate) fn update(&mut self, tf: &TransferFunction, facing: Quat) {
+        let change = Change::whole(self.filter_hops, self.taps);
+        self.room.face(facing, true);
+        self.voices[0].update(tf, &change, true);
+        self.room.update(tf, &change);
+    }
+
+    pub(crate) fn render(&mut self, spectrum: &[Complex32], ears: [&mut [Complex32]; 2]) {
+        self.voices[0].is_heard = true;
+        self.voices[0].write(spectrum);
+        self.room.render(&mut self.voices, false, (1.0, &Trim::NEUTRAL), ears).unwrap();
+    }
+}
+
+fn head() -> Lone {
+    let carriers = Arc::new(Carriers::of_noise(&GRID, &GRID, TAPS, &bands(), &tail(), 20_000.0));
+    Lone::new(&GRID, shape(), &tail(), &carriers)
 }
 
 /// Where the listener is on the way at a frame.
@@ -254,11 +297,11 @@ fn along(frame: usize, moves: bool) -> f32 {
 }
 
 /// Plays one frame with a transfer function.
-fn play(head: &mut RenderHead, spectrum: &[Complex32], tf: &TransferFunction) -> [Vec<Complex32>; 2] {
-    head.update(tf, &Change::whole(head.filter_hops(), TAPS), true);
+fn play(head: &mut Lone, spectrum: &[Complex32], tf: &TransferFunction) -> [Vec<Complex32>; 2] {
+    head.update(tf, Quat::from_rotation_z(single(FACING)));
     let mut ears = [vec![Complex32::default(); GRID.bins()], vec![Complex32::default(); GRID.bins()]];
     let [left, right] = &mut ears;
-    head.render(spectrum, 1.0, &Trim::NEUTRAL, None, [left, right]).unwrap();
+    head.render(spectrum, [left, right]);
     ears
 }
 
@@ -288,7 +331,7 @@ fn single_spectrum(spectrum: &[Complex64]) -> Vec<Complex32> {
 fn head_db(sounding: Sounding, moves: bool) -> f64 {
     let x = noise(21, FRAMES * GRID.hop);
     let mut head = head();
-    let mut exact = Exact::new(Arc::clone(&head.carriers));
+    let mut exact = Exact::new(Arc::clone(head.room.carriers()));
     let mut ratio = Ratio::default();
     for (t, frame) in analysed(&x).iter().enumerate() {
         let (tf, frame) = (transfer(along(t, moves), sounding), single_spectrum(frame));
@@ -306,7 +349,7 @@ fn stream_db(moves: bool) -> [f64; 3] {
     let x = noise(21, FRAMES * GRID.hop);
     let mut head = head();
     let (mut analysed_by, mut synthesised_by, mut back) = (Analysis::new(GRID), Synthesis::new(GRID), Synthesis::new(GRID));
-    let mut exact = Exact::new(Arc::clone(&head.carriers));
+    let mut exact = Exact::new(Arc::clone(head.room.carriers()));
     let (mut analysis, mut synthesis, mut total) = (Ratio::default(), Ratio::default(), Ratio::default());
     let mut want = [Vec::new(), Vec::new()];
     let (mut heard, mut given) = ([Vec::new(), Vec::new()], [Vec::new(), Vec::new()]);
