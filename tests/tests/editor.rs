@@ -688,7 +688,7 @@ mod needs_screen {
         let mut host = <promenade_tests::ClapHost as Host>::open_many(Setup { inputs: 1, further: 2, ..Setup::default() });
         let sources = json!({
             "1": { "name": "Voice", "colour": [0xE5, 0x48, 0x5D] },
-            "2": { "name": "Guitar", "colour": [0xC9, 0x9A, 0x1E] },
+            "2": { "name": "Guitar", "colour": [0xA8, 0x80, 0x14] },
             "3": { "name": "Piano", "colour": [0x3F, 0x83, 0xE0] },
         });
         let state = host.state();

@@ -1,7 +1,7 @@
 //! Instances of one listener group hear with the leader's listener.
 
 use promenade_tests::signal::{difference_db, noise};
-use promenade_tests::{Host, Setup, edit_state, in_both_formats};
+use promenade_tests::{Format, Host, Setup, edit_state, in_both_formats};
 
 in_both_formats!(a_follower_sounds_as_its_leader, projects_have_groups_of_their_own, a_follower_alone_hears_as_it_was_saved);
 
@@ -25,11 +25,8 @@ fn play<H: Host>(hosts: &mut [H], seconds_from: f64, input: &[f32]) -> Vec<[Vec<
 
 fn a_follower_sounds_as_its_leader<H: Host>() {
     let setup = Setup { block: BLOCK, ..Setup::default() };
-    let mut hosts = [H::open(setup), H::open(setup), H::open(setup)];
     // The third has no group.
-    for host in &mut hosts[..2] {
-        host.set("group", GROUP_A);
-    }
+    let mut hosts = [member::<H>(setup, 0x4440), member(setup, 0x4440), H::open(setup)];
     hosts[0].set("lead", 1.0);
     let input = noise(48_000);
     play(&mut hosts, 0.0, &input);
@@ -52,19 +49,19 @@ fn a_follower_sounds_as_its_leader<H: Host>() {
     assert!(difference < -60.0, "alone it is {difference:.1} dB off one that never had a group");
 }
 
-/// The state of an instance as another project has it.
-fn in_project(state: &serde_json::Value, project: &str) -> Vec<u8> {
-    edit_state(state, "project", &serde_json::json!(project))
+/// An instance in a group of a project; each test and format has projects of its own, for all run in one process.
+fn member<H: Host>(setup: Setup, project: u32) -> H {
+    let mut host = H::open(setup);
+    let id = format!("{:x}", project + if H::FORMAT == Format::Vst3 { 0x800 } else { 0 });
+    let state = host.state();
+    assert!(host.load(&edit_state(&state, "project", &serde_json::json!(id))));
+    host.set("group", GROUP_A);
+    host
 }
 
 fn projects_have_groups_of_their_own<H: Host>() {
     let setup = Setup { block: BLOCK, ..Setup::default() };
-    let mut hosts = [H::open(setup), H::open(setup), H::open(setup)];
-    for (host, project) in hosts.iter_mut().zip(["1110", "1110", "2220"]) {
-        let state = host.state();
-        assert!(host.load(&in_project(&state, project)));
-        host.set("group", GROUP_A);
-    }
+    let mut hosts = [0x1110, 0x1110, 0x2220].map(|project| member::<H>(setup, project));
     hosts[0].set("lead", 1.0);
     let input = noise(48_000);
     play(&mut hosts, 0.0, &input);
@@ -76,12 +73,7 @@ fn projects_have_groups_of_their_own<H: Host>() {
 
 fn a_follower_alone_hears_as_it_was_saved<H: Host>() {
     let setup = Setup { block: BLOCK, ..Setup::default() };
-    let mut hosts = [H::open(setup), H::open(setup)];
-    for host in &mut hosts {
-        let state = host.state();
-        assert!(host.load(&in_project(&state, "3330")));
-        host.set("group", GROUP_A);
-    }
+    let mut hosts = [0x3330, 0x3330].map(|project| member::<H>(setup, project));
     hosts[0].set("lead", 1.0);
     hosts[0].set("yaw", 0.7);
     let input = noise(24_000);
@@ -108,7 +100,7 @@ fn a_follower_alone_hears_as_it_was_saved<H: Host>() {
     alone[0].instance().settle().unwrap();
     heard(&mut alone, 0.0);
     let found = heard(&mut alone, 5.0);
-    let late = |ears: &[Vec<f32>; 2]| [ears[0][12_000..].to_vec(), ears[1][12_000..].to_vec()];
+    let late = |ears: &[Vec<f32>; 2]| [ears[0][12_000..23_000].to_vec(), ears[1][12_000..23_000].to_vec()];
     let (same, apart) = (difference_db(&late(&wanted), &late(&found)), difference_db(&late(&wanted), &late(&still)));
     assert!(same < -60.0 && apart > -20.0, "alone it is {same:.1} dB off, and {apart:.1} dB without what was saved");
 }

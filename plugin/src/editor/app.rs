@@ -339,6 +339,7 @@ impl NiceEguiApp for App {
         let loader = &self.instance.loader;
         let (scene, walk, source_walks) = (loader.scene(), loader.walk(), loader.source_walks());
         let params = Arc::clone(&self.instance.params);
+        let sources = params.sources.saved.get().0;
         let now = scene.as_ref().map_or_else(Weak::new, Arc::downgrade);
         if !Weak::ptr_eq(&self.outline.0, &now) {
             let outline = scene.as_ref().map_or_else(Outline::default, |scene| Outline::of(scene.anchors()));
@@ -363,6 +364,7 @@ impl NiceEguiApp for App {
             history: &mut self.session.history,
             preset: &mut self.session.preset,
             waveform: &self.session.waveform,
+            sources: &sources,
             outline: &self.outline.1,
             owed: &mut self.owed,
             owed_walk: &mut self.owed_walk,

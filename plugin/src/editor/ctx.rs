@@ -147,6 +147,8 @@ pub struct Ctx<'a> {
     pub preset: &'a mut Option<String>,
     /// What was heard over the time of the transport.
     pub waveform: &'a Waveform,
+    /// What the project says of its sources, as this picture begins.
+    pub sources: &'a SavedSources,
     /// The walls of the scene that is played.
     pub outline: &'a Outline,
     /// A scene's file that is still to be named.
@@ -216,8 +218,8 @@ impl Ctx<'_> {
 
     /// What the project says of its sources.
     #[must_use]
-    pub fn project_sources(&self) -> SavedSources {
-        self.params().sources.saved.get().0
+    pub fn project_sources(&self) -> &SavedSources {
+        self.sources
     }
 
     /// Changes what the project says of its sources.

@@ -17,6 +17,8 @@ pub(super) struct Held {
     pub(super) typing: bool,
     /// Whether the window is to close.
     pub(super) closing: bool,
+    /// Whether the host has hidden it: it draws no more, and hears nothing.
+    pub(super) hidden: bool,
 }
 
 impl Geometry {
@@ -29,7 +31,7 @@ impl Geometry {
     /// Notes that the window is gone.
     pub(super) fn closed(&self) {
         let mut held = self.held();
-        (held.open, held.typing, held.closing) = (None, false, false);
+        *held = Held { scale: held.scale, ..Held::default() };
     }
 
     /// Notes whether keys go to a text field.

@@ -86,7 +86,9 @@ fn state(ui: &mut Ui, ctx: &Ctx<'_>) {
     } else {
         None
     };
-    ui.add(egui::Label::new(RichText::new(title).color(palette.soft)).truncate());
+    if ui.available_width() > 48.0 {
+        ui.add(egui::Label::new(RichText::new(title).color(palette.soft)).truncate());
+    }
     if let Some(remark) = remark {
         let galley = ui.painter().layout_no_wrap(remark.to_owned(), Palette::caption(), palette.warn);
         let size = galley.size() + vec2(16.0, 6.0);

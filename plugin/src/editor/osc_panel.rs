@@ -24,7 +24,7 @@ use std::time::Duration;
 /// How often what has come in is looked at, times a second.
 const LOOKS_PER_S: f64 = 4.0;
 const AXES: [Word; 3] = [Word::TrackerYaw, Word::TrackerPitch, Word::TrackerRoll];
-const FULL_AXES: [&str; 3] = ["yaw", "pitch", "roll"];
+const FULL_AXES: [&str; 3] = ["Yaw", "Pitch", "Roll"];
 
 /// The settings of Open Sound Control, and what comes in.
 #[derive(Default)]
@@ -53,7 +53,7 @@ impl Panel for OscPanel {
         if ctx.params().receives_osc() || config.out.on {
             ui.ctx().request_repaint_after(Duration::from_secs_f64(1.0 / LOOKS_PER_S));
         }
-        columns(ui, [208.0, 256.0, 216.0], |ui, column| {
+        columns(ui, [200.0, 252.0, 216.0], |ui, column| {
             ScrollArea::vertical().auto_shrink(false).show(ui, |ui| match column {
                 0 => self.listening(ui, ctx, &config),
                 1 => self.tracker(ui, ctx, &config),
@@ -265,10 +265,10 @@ impl OscPanel {
 /// Which of the tracker's angles one of the head's is, and which way it counts.
 fn axis_of(ui: &mut Ui, ctx: &Ctx<'_>, axes: AxisMap, axis: usize) {
     let source = usize::from(axes.order[axis]).min(2);
-    let shown = format!("Tracker {}", FULL_AXES[source]);
+    let shown = FULL_AXES[source];
     ComboBox::from_id_salt(("axis", axis)).selected_text(shown).width(88.0).show_ui(ui, |ui| {
         for (number, name) in (0_u8..).zip(FULL_AXES) {
-            if ui.selectable_label(axes.order[axis] == number, format!("Tracker {name}")).clicked() {
+            if ui.selectable_label(axes.order[axis] == number, name).clicked() {
                 change(ctx, |c| c.axes.order[axis] = number);
             }
         }

@@ -233,7 +233,7 @@ impl PathPanel {
             }
         });
         self.take_file(ctx);
-        ScrollArea::vertical().id_salt("outcome").auto_shrink(false).show(ui, |ui| {
+        ScrollArea::vertical().id_salt("outcome").auto_shrink(false).min_scrolled_height(0.0).show(ui, |ui| {
             outcome(
                 ui,
                 ctx.palette,

@@ -39,11 +39,12 @@ impl Panel for SoundPanel {
         let whole = ctx.frame.tier == Tier::Reference;
         let ears = ctx.instance.loader.output() == Output::Binaural;
         let far = ctx.scene.is_none_or(|scene| scene.emitter().is_some());
-        columns(ui, [208.0, 208.0, 208.0, 208.0], |ui, column| {
+        columns(ui, [224.0, 224.0, 224.0], |ui, column| {
             ui.spacing_mut().item_spacing.y = SPACE;
             match column {
                 0 => {
                     dimmed(ui, whole, |ui| LEVELS.into_iter().for_each(|parameter| slider(ui, ctx, parameter)));
+                    dimmed(ui, !ears, |ui| self.head.show(ui, ctx));
                 }
                 1 => {
                     for parameter in ROOM {
@@ -54,8 +55,9 @@ impl Panel for SoundPanel {
                         };
                         dimmed(ui, whole || deaf, |ui| slider(ui, ctx, parameter));
                     }
+                    dimmed(ui, !ears, |ui| self.headphones.show(ui, ctx));
                 }
-                2 => {
+                _ => {
                     slider(ui, ctx, Parameter::LowCut);
                     dimmed(ui, !far, |ui| slider(ui, ctx, Parameter::Spread));
                     ui.horizontal(|ui| {
@@ -66,10 +68,6 @@ impl Panel for SoundPanel {
                     });
                     limits(ui, ctx, far, ears);
                 }
-                _ => dimmed(ui, !ears, |ui| {
-                    self.head.show(ui, ctx);
-                    self.headphones.show(ui, ctx);
-                }),
             }
         });
     }

@@ -10,7 +10,7 @@ use super::widgets::{button, note, tab};
 use super::words::Word;
 use crate::parameter::Parameter;
 use crate::parameter::source_knob::{MOST_INPUTS, Part, SourceKnob};
-use crate::project::sources::{LONGEST_NAME, SavedSources};
+use crate::project::sources::LONGEST_NAME;
 use crate::telemetry::decibels;
 use egui::{Align2, Color32, CornerRadius, Rect, ScrollArea, Sense, TextEdit, Ui, UiBuilder, Vec2, WidgetInfo, pos2, vec2};
 
@@ -64,7 +64,7 @@ impl Panel for SourcesPanel {
             if button(ui, ctx.palette, Word::Arrange).clicked() {
                 ctx.arrange();
             }
-            if ctx.project_sources() != SavedSources::default() && button(ui, ctx.palette, Word::HearAll).clicked() {
+            if ctx.project_sources().silent() != 0 && button(ui, ctx.palette, Word::HearAll).clicked() {
                 ctx.change_sources(|all| {
                     (0..count).for_each(|source| all.change(source, |s| (s.mute, s.solo) = (false, false)))
                 });

@@ -136,8 +136,8 @@ impl Palette {
 /// Colours that a source may be given, each seen on either theme.
 pub const SOURCE_COLOURS: [[u8; 3]; 8] = [
     [0xE5, 0x48, 0x5D],
-    [0xE0, 0x7B, 0x39],
-    [0xC9, 0x9A, 0x1E],
+    [0xC9, 0x6A, 0x28],
+    [0xA8, 0x80, 0x14],
     [0x4F, 0x9D, 0x4A],
     [0x1E, 0x9A, 0x9A],
     [0x3F, 0x83, 0xE0],
@@ -277,6 +277,12 @@ mod tests {
                 }
             }
             assert!(contrast(p.on_accent, p.accent) >= 4.5);
+            // Graphics need less than text.
+            for [r, g, b] in SOURCE_COLOURS {
+                for ground in [p.ground, p.panel] {
+                    assert!(contrast(Color32::from_rgb(r, g, b), ground) >= 3.0, "{r:x}{g:x}{b:x} of {:?}", p.theme);
+                }
+            }
         }
     }
 }

@@ -357,6 +357,9 @@ fn paint(
     }
     if let Some((home, moved)) = scenery.emitter {
         scene::emitter(&mut layers, ctx, home, moved, hot == Some(Handle::Emitter));
+        if let Some(seen) = layers.project(moved) {
+            sources::name(&mut layers, &painter, ctx, seen, ctx.project_sources().of(0).name, 14.0);
+        }
     }
     for (further, at) in scenery.sources.iter().enumerate() {
         sources::paint(&mut layers, &painter, ctx, further, *at, hot == Some(Handle::Source(further)));

@@ -78,12 +78,12 @@ pub fn columns<const N: usize>(ui: &mut Ui, least: [f32; N], mut add: impl FnMut
             let place = Rect::from_min_size(egui::pos2(left, whole.top()), Vec2::new(least + spare, height));
             left = place.right() + gap;
             let builder = egui::UiBuilder::new().id_salt(("column", index)).max_rect(place);
-            ui.scope_builder(builder, |ui| {
-                // Room for the line around what has the keyboard.
-                ui.shrink_clip_rect(place.expand2(Vec2::new(gap / 2.0, 0.0)));
-                ui.spacing_mut().item_spacing.x = 2.0 * SPACE;
-                add(ui, index);
-            });
+            // What is higher than its column is cut, and does not push the panel up.
+            let mut column = ui.new_child(builder);
+            // Room for the line around what has the keyboard.
+            column.shrink_clip_rect(place.expand2(Vec2::new(gap / 2.0, 0.0)));
+            column.spacing_mut().item_spacing.x = 2.0 * SPACE;
+            add(&mut column, index);
         }
     });
 }

@@ -22,7 +22,7 @@ use std::time::Duration;
 use thiserror::Error;
 
 /// A window that is shown closes within this time when it is asked to.
-const QUICK_END: Duration = Duration::from_millis(150);
+const QUICK_END: Duration = Duration::from_millis(800);
 /// A window's thread is not waited for longer.
 const LONGEST_END: Duration = Duration::from_secs(5);
 
@@ -189,7 +189,8 @@ impl Drop for Opened {
     fn drop(&mut self) {
         self.geometry.held().closing = true;
         self.notifier.request_repaint();
-        let ended = self.window.is_some() && self.ended.recv_timeout(QUICK_END) == Err(RecvTimeoutError::Disconnected);
+        let draws = self.window.is_some() && !self.geometry.held().hidden;
+        let ended = draws && self.ended.recv_timeout(QUICK_END) == Err(RecvTimeoutError::Disconnected);
         drop(self.window.take());
         if !ended && self.ended.recv_timeout(LONGEST_END) == Err(RecvTimeoutError::Timeout) {
             nice_warn!("the editor's window takes long to close");
@@ -266,12 +267,14 @@ impl EditorHandle for PromenadeHandle {
 
     fn show(&self, window: &Self::Window) -> Result<(), Self::Error> {
         window.open()?;
+        self.geometry.held().hidden = false;
         let shown = window.with(|_| (), |handle, window| handle.show(window));
         self.shown.store(true, Ordering::Release);
         shown
     }
 
     fn hide(&self, window: &Self::Window) -> Result<(), Self::Error> {
+        self.geometry.held().hidden = true;
         window.with(|_| (), |handle, window| handle.hide(window))
     }
 

@@ -123,3 +123,19 @@ fn a_saved_scene_is_listed_and_no_other_is_written_over() {
         assert!(error.contains("expected a name without a folder"), "{name}: {error}");
     }
 }
+
+#[test]
+fn a_place_that_is_not_there_is_named_with_one_way_to_get_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let folders = [folder.path().to_owned()];
+    let key = |file: &str| SceneKey { title: "A place".to_owned(), absolute: file.into(), ..SceneKey::default() };
+    let words = |file: &str| scene_of(&folders, &key(file)).err().unwrap().to_string();
+    let club = words("club.promenade");
+    assert!(["club.promenade", "archive", "copy it to", "Try again"].iter().all(|part| club.contains(part)), "{club}");
+    let own = words("/gone/mine.promenade");
+    assert!(["mine.promenade", "/gone", "copy it there"].iter().all(|part| own.contains(part)), "{own}");
+    assert!(has_file(&folders, &key("dry-studio.promenade")) && scene_of(&folders, &key("dry-studio.promenade")).is_ok());
+    assert!(!has_file(&folders, &key("club.promenade")));
+    std::fs::write(folder.path().join("club.promenade"), b"").unwrap();
+    assert!(has_file(&folders, &key("club.promenade")) && has_file(&folders, &SceneKey::loft()));
+}

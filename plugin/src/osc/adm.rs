@@ -359,8 +359,8 @@ mod tests {
         objects[2].apply(&values, Part::Xyz, &floats(&[0.0, 0.5, 0.0])).unwrap();
         objects[2].apply(&values, Part::Gain, &floats(&[0.1])).unwrap();
         // Ahead of the scene's listener by 2 m, whose emitter is 1.5 m ahead.
-        assert!((values.offset(2) - Vec3::new(-0.03, 0.29, 0.0)).length() < 1e-5, "{}", values.offset(2));
-        assert_eq!((values.offset(0), values.offset(1)), (Vec3::ZERO, Vec3::new(0.0, 0.5, 0.0)));
+        assert!((values.offset(2) - Vec3::new(0.0, 0.5, 0.0)).length() < 1e-5, "{}", values.offset(2));
+        assert_eq!((values.offset(0), values.offset(1)), (Vec3::ZERO, Vec3::new(-0.03, 0.29, 0.0)));
         assert!((params.heard(level_of(2)) + 20.0).abs() < 1e-3 && params.heard(Parameter::Gain) == 0.0);
         let packet = packet_of(&objects, &values, &Pose::IDENTITY);
         let OscPacket::Bundle(sent) = rosc::decoder::decode_udp(&packet).unwrap().1 else { panic!() };

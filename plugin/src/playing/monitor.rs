@@ -31,9 +31,7 @@ pub(crate) struct Monitor<const FURTHER: usize> {
     shown: Frame,
     shown_snapshot: Option<Snapshot<FURTHER>>,
     since_shown_s: f64,
-    /// Energies of both channels' sum and of their difference, of late.
-    sum: f32,
-    difference: f32,
+    sides: Sides,
     sound: SoundWriter,
 }
 
@@ -41,8 +39,8 @@ impl<const FURTHER: usize> Monitor<FURTHER> {
     /// Shows nothing yet.
     pub(crate) fn new(telemetry: Arc<Telemetry>, repaint: Repaint) -> Self {
         let (frame, shown) = (Frame::default(), Frame::default());
-        let (sum, difference, sound) = Default::default();
-        Self { telemetry, repaint, frame, shown, shown_snapshot: None, since_shown_s: 0.0, sum, difference, sound }
+        let (sides, sound) = Default::default();
+        Self { telemetry, repaint, frame, shown, shown_snapshot: None, since_shown_s: 0.0, sides, sound }
     }
 
     /// Measures a part of the input's channels.
@@ -54,9 +52,8 @@ impl<const FURTHER: usize> Monitor<FURTHER> {
             let peaks = channels.map(peak);
             raise(&mut self.frame.input_peak, peaks);
             self.frame.source_peaks[0] = peaks.into_iter().fold(self.frame.source_peaks[0], f32::max);
-            for (left, right) in channels[0].iter().zip(channels[1]).filter(|_| is_stereo) {
-                self.sum += (left + right) * (left + right);
-                self.difference += (left - right) * (left - right);
+            if is_stereo {
+                self.sides.take(channels);
             }
         }
     }
@@ -106,9 +103,7 @@ impl<const FURTHER: usize> Monitor<FURTHER> {
             frame.tier = renderer.played_tier(snapshot.block.tier);
             frame.show(renderer);
         }
-        frame.cancels = self.difference > CANCELS * self.sum.max(SILENCE);
-        let kept = (-narrow(time.length_s) / CANCELS_S).exp();
-        (self.sum, self.difference) = (self.sum * kept, self.difference * kept);
+        frame.cancels = self.sides.cancel(narrow(time.length_s));
         frame.add_load(narrow(took.as_secs_f64() / time.length_s.max(1e-9)), narrow(time.length_s));
         // Levels and time alone are shown less often; none is lost, peaks wait for the next picture.
         self.since_shown_s += time.length_s;
@@ -125,7 +120,47 @@ impl<const FURTHER: usize> Monitor<FURTHER> {
     }
 }
 
+/// Energies of both channels' sum and of their difference, of late.
+#[derive(Default)]
+struct Sides {
+    sum: f32,
+    difference: f32,
+}
+
+impl Sides {
+    fn take(&mut self, [left, right]: [&[f32]; 2]) {
+        for (left, right) in left.iter().zip(right) {
+            self.sum += (left + right) * (left + right);
+            self.difference += (left - right) * (left - right);
+        }
+    }
+
+    /// Whether next to nothing is left of the sum, after a block of so many seconds.
+    fn cancel(&mut self, length_s: f32) -> bool {
+        let kept = (-length_s / CANCELS_S).exp();
+        (self.sum, self.difference) = (self.sum * kept, self.difference * kept);
+        self.difference > CANCELS * self.sum.max(SILENCE)
+    }
+}
+
 /// The greatest level of a channel.
 fn peak(channel: &[f32]) -> f32 {
     channel.iter().fold(0.0, |most, sample| sample.abs().max(most))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn channels_that_cancel_each_other_are_noticed_and_others_are_not() {
+        let tone: Vec<f32> = (0..4_800).map(|i| (0.05 * f32::from(u16::try_from(i).unwrap())).sin()).collect();
+        let side = |gain: f32| tone.iter().map(|x| gain * x).collect::<Vec<_>>();
+        for (gain, cancels) in [(-1.0, true), (-0.9, true), (-0.5, false), (0.0, false), (1.0, false)] {
+            let mut sides = Sides::default();
+            sides.take([&tone, &side(gain)]);
+            assert_eq!(sides.cancel(0.1), cancels, "{gain}");
+        }
+        assert!(!Sides::default().cancel(0.1), "silence is no stereo");
+    }
 }

@@ -78,7 +78,7 @@ pub(super) fn legend(painter: &Painter, rect: Rect, camera: &Camera, ctx: &Ctx<'
     };
     let (unit, digits) = UNITS[measure];
     let bar = Rect::from_min_size(rect.right_top() + vec2(-24.0 - LEGEND.0, 24.0), vec2(LEGEND.0, LEGEND.1));
-    let plate = Rect::from_min_max(bar.min - vec2(72.0, 14.0), bar.max + vec2(10.0, 26.0));
+    let plate = Rect::from_min_max(bar.min - vec2(72.0, 14.0), bar.max + vec2(10.0, 34.0));
     painter.rect_filled(plate, CornerRadius::same(4), faded(palette.panel, 0.92));
     let steps = 40_u16;
     for step in 0..steps {
@@ -98,7 +98,8 @@ pub(super) fn legend(painter: &Painter, rect: Rect, camera: &Camera, ctx: &Ctx<'
     let under = pointer.and_then(|at| camera.on_level(rect, at, height + shift.z));
     let value = under.and_then(|world| map.at((world - shift).truncate())).and_then(|measured| measured[measure]);
     let here = value.map_or("\u{2013}".to_owned(), |value| format!("{value:.digits$} {unit}").replace('-', "\u{2212}"));
-    painter.text(plate.center_bottom() - vec2(0.0, 5.0), Align2::CENTER_BOTTOM, here, Palette::caption(), palette.text);
+    let at = plate.center_bottom() - vec2(0.0, 5.0);
+    painter.text(at, Align2::CENTER_BOTTOM, format!("Here {here}"), Palette::caption(), palette.text);
 }
 
 #[cfg(test)]

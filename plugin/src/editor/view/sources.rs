@@ -52,12 +52,17 @@ pub(super) fn paint(layers: &mut Layers<'_>, painter: &Painter, ctx: &Ctx<'_>, f
         let ring = (0..=24).map(circle).collect::<Vec<_>>();
         layers.add(seen.depth, Shape::Vec(Shape::dashed_line(&ring, Stroke::new(1.5, colour), 3.0, 3.0)));
     }
-    if !info.name.is_empty() {
-        let name = painter.layout_no_wrap(info.name, Palette::caption(), Color32::PLACEHOLDER);
-        layers.add(seen.depth, egui::epaint::TextShape::new(seen.at + egui::vec2(RADIUS + 4.0, -7.0), name, ctx.palette.soft));
-    }
+    name(layers, painter, ctx, seen, info.name, RADIUS);
     let text = if sounds { ctx.palette.ground } else { colour };
     let number = painter.layout_no_wrap((further + 2).to_string(), FontId::proportional(9.0), Color32::PLACEHOLDER);
     let corner = Align2::CENTER_CENTER.anchor_size(seen.at, number.size()).min;
     layers.add(seen.depth, egui::epaint::TextShape::new(corner, number, text));
+}
+
+/// Writes a source's name beside it, if it has one; the drawing has a radius, points.
+pub(super) fn name(layers: &mut Layers<'_>, painter: &Painter, ctx: &Ctx<'_>, seen: Projected, name: String, radius: f32) {
+    if !name.is_empty() {
+        let name = painter.layout_no_wrap(name, Palette::caption(), Color32::PLACEHOLDER);
+        layers.add(seen.depth, egui::epaint::TextShape::new(seen.at + egui::vec2(radius + 4.0, -7.0), name, ctx.palette.soft));
+    }
 }
