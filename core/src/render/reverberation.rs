@@ -1,20 +1,24 @@
 //! What of a room comes after its explicit taps.
 
 use crate::number::single;
-use crate::render::ahead::{Applied, FRAMES};
-use crate::render::carrier::per_bin;
+use crate::render::carrier::noise::per_bin;
 use crate::render::carriers::Carriers;
-use crate::render::decay::Decay;
-use crate::render::filters::Plan;
-use crate::render::lanes::{Accumulate, EarBlocks, blocks_for};
-use crate::render::late::{LATE_HOPS, Late, late_gain, left_ear};
-use crate::render::ring::{Ring, Slot};
-use crate::render::taps::Taps;
+use crate::render::early::taps::Taps;
+use crate::render::early::taps_ahead::{Applied, FRAMES};
+use crate::render::late::decay::Decay;
+use crate::render::late::network::{LATE_HOPS, Late, late_gain, left_ear};
+use crate::render::transform::lanes::{Accumulate, EarBlocks, blocks_for};
+use crate::render::transform::ring::{Ring, Slot};
+use crate::render::voice_filters::Plan;
 use crate::transfer::Shares;
 use crate::{TransferFunction, TransferShape};
 use glam::{Quat, Vec2};
 use pulp::Arch;
 use std::ops::Range;
+
+/// What the ears' axis turns by in the late field from one frame to the next, at most, radians: 12 degrees, 2400 a second at
+/// hops of 5 ms.
+const MOST_TURN: f32 = 0.21;
 
 /// The late network with the noise that colours it.
 pub(crate) struct Later {
@@ -66,7 +70,10 @@ impl Later {
 
     /// Turns the late field with the head, at once or as the frames come.
     pub(crate) fn face(&mut self, orientation: Quat, at_once: bool) {
-        let newest = left_ear(orientation, self.left[0]);
+        let wanted = left_ear(orientation, self.left[0]);
+        // A head that rolls past a right angle has its ears' axis the other way round from one pose to the next.
+        let reaches = at_once || self.left[0].dot(wanted) >= MOST_TURN.cos();
+        let newest = if reaches { wanted } else { self.left[0].rotate_towards(wanted, MOST_TURN) };
         if at_once {
             self.left = [newest; FRAMES];
         } else {
