@@ -71,9 +71,7 @@ impl Later {
     /// Turns the late field with the head, at once or as the frames come.
     pub(crate) fn face(&mut self, orientation: Quat, at_once: bool) {
         let wanted = left_ear(orientation, self.left[0]);
-        // A head that rolls past a right angle has its ears' axis the other way round from one pose to the next.
-        let reaches = at_once || self.left[0].dot(wanted) >= MOST_TURN.cos();
-        let newest = if reaches { wanted } else { self.left[0].rotate_towards(wanted, MOST_TURN) };
+        let newest = if at_once { wanted } else { glided(self.left[0], wanted) };
         if at_once {
             self.left = [newest; FRAMES];
         } else {
@@ -156,5 +154,30 @@ impl Later {
     pub(crate) fn memory_bytes(&self) -> usize {
         let tails: usize = self.tails.iter().map(Ring::memory_bytes).sum();
         tails + self.filters.memory_bytes() + self.network.memory_bytes()
+    }
+}
+
+/// The ears' axis a frame later: a head that rolls past a right angle has it the other way round from one pose to the next.
+fn glided(from: Vec2, wanted: Vec2) -> Vec2 {
+    if from.dot(wanted) >= MOST_TURN.cos() { wanted } else { from.rotate_towards(wanted, MOST_TURN) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_head_that_rolls_past_a_right_angle_turns_the_field_about_slowly() {
+        let at = |degrees: f32| left_ear(Quat::from_rotation_x(degrees.to_radians()), Vec2::Y);
+        let (from, wanted) = (at(89.0), at(91.0));
+        assert!(from.dot(wanted) < -0.99);
+        let (mut axis, mut frames) = (from, 0);
+        while axis != wanted {
+            let next = glided(axis, wanted);
+            assert!(axis.angle_to(next).abs() < MOST_TURN + 1e-3, "{axis} {next}");
+            (axis, frames) = (next, frames + 1);
+            assert!(frames < 20);
+        }
+        assert!(frames > 10, "{frames}");
     }
 }
