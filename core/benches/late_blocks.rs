@@ -1,6 +1,6 @@
 //! How late blocks are where many instances play in one thread at blocks of 64, and how uneven they are.
 //!
-//! `cargo bench --bench late_blocks -p promenade-core`. Printed are how many of the blocks of three seconds took longer than they
+//! `cargo bench --bench late_blocks -p promenade-core`. Printed are how many blocks of three seconds took longer than they
 //! last, the mean of all as a share of a core, the worst over the mean and over the median, and a histogram of the time that
 //! blocks took as a share of what they last. Every block is the fastest of several runs: the machine's interruptions fall on
 //! other blocks each time.
