@@ -79,7 +79,7 @@ impl Pace {
         let delay = grid.latency_samples().saturating_sub(grid.hop);
         let whole = Self { latency: Latency::Frame, block: grid.hop, delay, sample_delay: delay };
         // With fewer taps the late part begins within the early hops.
-        let splits = grid.n_fft == 4 * grid.hop && taps >= EARLY_HOPS + crate::render::late::LATE_HOPS;
+        let splits = grid.n_fft == 4 * grid.hop && taps >= EARLY_HOPS + crate::render::late::network::LATE_HOPS;
         match BLOCKS.into_iter().find(|count| splits && grid.hop.is_multiple_of(*count)) {
             Some(count) if wanted != Latency::Frame => {
                 let block = grid.hop / count;

@@ -75,8 +75,8 @@ pub use path::{CameraPath, Keyframe, KeyframeEntry, MAX_KEYFRAMES, PathError, Pl
 pub use pose::Pose;
 pub use ramp::Ramp;
 pub use render::carriers::Carriers;
-pub use render::late::late_share;
-pub use render::low::LOWEST_BINS;
+pub use render::late::network::late_share;
+pub use render::low::lowest_bins::LOWEST_BINS;
 pub use renderer::{RenderError, RenderParams, Renderer, RendererConfig, SAMPLE_RATES_HZ};
 pub use scene::{
     AMBISONIC_CHANNELS, AmbisonicHead, Anchor, AnchorCloud, BASS_SIGNALS, BassEars, BassField, Corners, DiffractionEdge,

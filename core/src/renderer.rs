@@ -5,12 +5,13 @@ use crate::latency::Pace;
 use crate::number::whole;
 use crate::published::tier::Reference;
 use crate::render::carriers::Carriers;
-use crate::render::filters::Plan;
-use crate::render::images::{ImageBus, ImageVoices};
+use crate::render::early::first_hops::Undelayed;
+use crate::render::early::images::ImageVoices;
+use crate::render::head::bus::AmbisonicBus;
+use crate::render::low::wave_field::WaveBass;
 use crate::render::part::{Heard, Part};
 use crate::render::room::Room;
-use crate::render::undelayed::Undelayed;
-use crate::render::waves::WaveBass;
+use crate::render::voice_filters::Plan;
 use crate::scene::{Cost, TooCostly};
 use crate::stft::{Spectrum, Synthesis};
 use crate::tier::TIER_FADE_STEP;
@@ -89,11 +90,14 @@ pub struct RendererConfig {
     /// What decodes poses for the tiers High and Reference, for the first voice and the next. A voice without one is played as
     /// the best tier below.
     pub workers: Vec<Box<dyn DecodeWorker>>,
+    /// Samples of a hop that have passed when it begins. Renderers that play side by side in real time, each with another, do
+    /// not all have a frame to render in the same block.
+    pub phase: usize,
 }
 
 impl From<f64> for RendererConfig {
     fn from(sample_rate_hz: f64) -> Self {
-        Self { sample_rate_hz, latency: Latency::Frame, carriers: None, voices: 1, workers: Vec::new() }
+        Self { sample_rate_hz, latency: Latency::Frame, carriers: None, voices: 1, workers: Vec::new(), phase: 0 }
     }
 }
 
@@ -123,7 +127,7 @@ pub struct Renderer {
     pace: Pace,
     voices: Vec<VoiceState>,
     room: Room,
-    images: Option<ImageBus>,
+    images: Option<AmbisonicBus>,
     synthesis: Synthesis,
     spectrum: Spectrum,
     ears: [Spectrum; 2],
@@ -133,8 +137,9 @@ pub struct Renderer {
     /// What comes out so many samples later, and where.
     waiting: Vec<[f32; 2]>,
     waiting_at: usize,
-    /// Samples of the current hop taken in so far.
+    /// Samples of the current hop taken in so far, and when it begins.
     filled: usize,
+    phase: usize,
     /// Level of everything but the direct sound, 0 to 1.
     room_gain: f32,
     /// What the user changes, as it is heard now.
@@ -168,7 +173,7 @@ impl Renderer {
     /// # Real-time
     /// Not real-time safe: allocates, and decodes the scene's start pose for each decoder.
     pub fn new(scene: Arc<Scene>, config: impl Into<RendererConfig>) -> Result<Self, RenderError> {
-        let RendererConfig { sample_rate_hz, latency, carriers, voices: count, workers } = config.into();
+        let RendererConfig { sample_rate_hz, latency, carriers, voices: count, workers, phase } = config.into();
         scene.playable_at(sample_rate_hz)?;
         let count = count.clamp(1, MOST_VOICES);
         if count > workers.len().max(1) && scene.field().is_none() {
@@ -206,7 +211,7 @@ impl Renderer {
         Ok(Self {
             voices,
             room: Room::new(&plan),
-            images: carriers.images.as_ref().filter(|_| scene.emitter().is_some()).map(|filters| ImageBus::new(filters)),
+            images: carriers.images.as_ref().filter(|_| scene.emitter().is_some()).map(|filters| filters.bus()),
             synthesis: Synthesis::new(grid),
             spectrum: spectrum(),
             ears: [spectrum(), spectrum()],
@@ -214,7 +219,8 @@ impl Renderer {
             parts: hop(),
             waiting: vec![[0.0; 2]; waits],
             waiting_at: 0,
-            filled: 0,
+            filled: phase % grid.hop,
+            phase: phase % grid.hop,
             room_gain: 1.0,
             trim: Trim::NEUTRAL,
             share: 0,
@@ -305,7 +311,7 @@ impl Renderer {
     pub fn memory_bytes(&self) -> usize {
         self.voices.iter().map(VoiceState::memory_bytes).sum::<usize>()
             + self.room.memory_bytes()
-            + self.images.as_ref().map_or(0, ImageBus::memory_bytes)
+            + self.images.as_ref().map_or(0, AmbisonicBus::memory_bytes)
             + size_of_val(&*self.waiting)
             + self.grid.bins() * 3 * 8
             + self.grid.n_fft * 7 * 4
@@ -341,12 +347,12 @@ impl Renderer {
     pub fn reset(&mut self) {
         self.voices.iter_mut().for_each(VoiceState::reset);
         self.room.reset();
-        self.images.iter_mut().for_each(ImageBus::reset);
+        self.images.iter_mut().for_each(AmbisonicBus::reset);
         self.synthesis.reset();
         self.ready.iter_mut().for_each(|r| r.fill(0.0));
         self.waiting.fill([0.0; 2]);
-        self.images.iter_mut().for_each(ImageBus::forget_prepared);
-        (self.waiting_at, self.filled, self.share, self.has_begun) = (0, 0, 0, false);
+        self.images.iter_mut().for_each(AmbisonicBus::forget_prepared);
+        (self.waiting_at, self.filled, self.share, self.has_begun) = (0, self.phase, 0, false);
         self.prepared = 0;
         self.jump();
     }
@@ -434,7 +440,7 @@ impl Renderer {
         for (number, voice) in self.voices.iter_mut().enumerate() {
             voice.jump(sounds.get(number).copied().unwrap_or_default().moved(listener));
         }
-        self.images.iter_mut().for_each(ImageBus::forget_prepared);
+        self.images.iter_mut().for_each(AmbisonicBus::forget_prepared);
         self.prepared = 0;
         let tier = self.follow(quality, trim, true);
         let together = together(&self.scene, quality, tier, &self.trim, self.room_gain, self.share);

@@ -1,6 +1,6 @@
 //! A sound on its way into a renderer, and the poses that it is heard at.
 
-use crate::render::low_cut::LowCut;
+use crate::render::low::low_cut::LowCut;
 use crate::stft::{Analysis, Spectrum};
 use crate::{NEAREST_M, Pose, Ramp, Scene, StftGrid, Trim};
 use std::collections::VecDeque;

@@ -2,9 +2,9 @@
 
 use crate::decode::Change;
 use crate::decode::follow::Follower;
-use crate::render::filters::{Plan, VoiceFilters};
-use crate::render::late::{LATE_HOPS, late_lead};
+use crate::render::late::network::{LATE_HOPS, late_lead};
 use crate::render::part::{Heard, Hop, PORTIONS, Part};
+use crate::render::voice_filters::{Plan, VoiceFilters};
 use crate::source::{Source, heard_at};
 use crate::stft::Spectrum;
 use crate::{DecodeWorker, Pose, Quality, Ramp, Scene, Tier, TransferFunction, TransferShape, Trim};

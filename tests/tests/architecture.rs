@@ -345,6 +345,18 @@ fn large_crates_are_divided_by_subject() {
     assert!(["baker", "core", "fit", "plugin"].iter().all(|name| large.iter().any(|large| large == name)), "{large:?}");
 }
 
+/// What is done to a frame is divided by the field's terms, as the map of the code has them.
+#[test]
+fn the_renderers_folders_are_those_of_the_map() {
+    let map = std::fs::read_to_string(root().join("docs/architecture.md")).unwrap();
+    let rows = map.lines().filter_map(|line| line.strip_prefix("| `render/")?.split_once("/` | "));
+    let mapped: BTreeSet<String> = rows.filter(|(_, term)| term.len() > 10).map(|(folder, _)| folder.to_owned()).collect();
+    let entries = std::fs::read_dir(root().join("core/src/render")).unwrap().map(Result::unwrap);
+    let folders = entries.filter(|entry| entry.file_type().unwrap().is_dir());
+    let found: BTreeSet<String> = folders.map(|entry| entry.file_name().into_string().unwrap()).collect();
+    assert_eq!(mapped, found);
+}
+
 /// Subjects that use each other in a circle, by crate, and why.
 const TOGETHER: [(&str, &[&str]); 2] = [
     // A scene holds and checks what its parts play, and the parts are made of scenes.

@@ -2,11 +2,11 @@
 
 use crate::bands::BandPlace;
 use crate::number::single;
-use crate::render::carrier::{EarSpectra, LATE_SET, TAP_SET, band_places, hop_carriers, per_bin};
-use crate::render::filters::DELAYED_TAPS;
-use crate::render::lanes::{Block, LANES, blocks_for};
-use crate::render::late::{LATE_HOPS, Late, late_gain, late_lead, left_ear};
-use crate::render::ring::{Slot, SlotMut};
+use crate::render::carrier::noise::{EarSpectra, LATE_SET, TAP_SET, band_places, hop_carriers, per_bin};
+use crate::render::late::network::{LATE_HOPS, Late, late_gain, late_lead, left_ear};
+use crate::render::transform::lanes::{Block, LANES, blocks_for};
+use crate::render::transform::ring::{Slot, SlotMut};
+use crate::render::voice_filters::DELAYED_TAPS;
 use crate::stft::{Analysis, Synthesis};
 use crate::{Bands, StftGrid, TailModel, TransferFunction, TransferShape};
 use glam::{Quat, Vec2};

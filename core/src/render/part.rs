@@ -1,7 +1,7 @@
 //! Parts of a voice that not every scene, tier or latency has.
 
-use crate::render::images::ImageBus;
-use crate::render::lanes::EarBlocks;
+use crate::render::head::bus::AmbisonicBus;
+use crate::render::transform::lanes::EarBlocks;
 use crate::{Pose, PublishedFrame, Tier, Trim};
 use std::ops::Range;
 
@@ -24,8 +24,8 @@ pub(crate) struct Hop<'a> {
 pub(crate) struct Heard<'a> {
     /// Both ears of the samples that are taken.
     pub(crate) ears: [&'a mut [f32]; 2],
-    /// Where a scene's images are added up.
-    pub(crate) images: Option<&'a mut ImageBus>,
+    /// Where moving arrivals are added up.
+    pub(crate) images: Option<&'a mut AmbisonicBus>,
 }
 
 /// A part of a voice.

@@ -1,15 +1,13 @@
 //! What all voices of a renderer share: the explicit taps that are not their own, the late part, and what both ears hear.
 
 use crate::decode::{Change, TURNS};
-use crate::render::ahead::{Ahead, Applied, FRAMES};
 use crate::render::carriers::Carriers;
-use crate::render::decay::Decay;
-use crate::render::filters::{Gains, Plan, VoiceFilters, add};
-use crate::render::lanes::{Accumulate, Block, EarBlocks, LANES};
-use crate::render::late::{LATE_HOPS, late_lead};
-use crate::render::later::Later;
-use crate::render::ring::Ring;
-use crate::render::taps::Taps;
+use crate::render::early::taps_ahead::{Ahead, Applied, FRAMES};
+use crate::render::late::network::{LATE_HOPS, late_lead};
+use crate::render::reverberation::Later;
+use crate::render::transform::lanes::{Accumulate, Block, EarBlocks, LANES};
+use crate::render::transform::ring::Ring;
+use crate::render::voice_filters::{ColouredTaps, Gains, Plan, VoiceFilters, add};
 use crate::{TransferFunction, TransferShape, Trim};
 use glam::Quat;
 use promenade_fourier::num_complex::Complex32;
@@ -25,12 +23,10 @@ pub(crate) struct Room {
     arch: Arch,
     shape: TransferShape,
     own: usize,
-    quick_blocks: usize,
-    blocks: usize,
     apart: usize,
     early_taps: usize,
     /// Taps after those of the voices.
-    taps: Taps,
+    shared: ColouredTaps,
     /// What the voices' own taps pass on, where there are taps after them.
     input: Ring,
     later: Later,
@@ -39,9 +35,6 @@ pub(crate) struct Room {
     /// The group of these bins whose turn it is.
     turn: usize,
     carriers: Arc<Carriers>,
-    decay: Decay,
-    tap_gains: Vec<f32>,
-    plain: Vec<[f32; LANES]>,
     sums: Sums,
     /// Frames since anything was heard.
     dead_frames: usize,
@@ -64,25 +57,20 @@ impl Room {
         let ((blocks, quick_blocks), apart) = (plan.blocks(), plan.apart());
         let has_time = shape.taps + 1 >= late_lead(shape.taps) + apart + FRAMES - 1 && apart + FRAMES - 2 < own;
         let lead = if has_time { FRAMES - 1 } else { 0 };
-        let (decay, shared) = (plan.decay(), shape.taps - own);
+        let (coloured, shared) = (ColouredTaps::new(plan, own..shape.taps), shape.taps - own);
         let silent = || vec![EarBlocks::default(); blocks];
         Self {
             arch: Arch::new(),
             shape,
             own,
-            quick_blocks,
-            blocks,
             apart,
             early_taps: plan.early_taps(),
-            taps: Taps::new(shared, &carriers.places, shape.bands),
             input: Ring::new(if shared > 0 { blocks } else { 0 }, shared + lead + 1),
-            later: Later::new(plan, &decay, lead),
+            later: Later::new(plan, &coloured.decay, lead),
+            shared: coloured,
             ahead: has_time.then(|| Ahead::new(quick_blocks..blocks)),
             turn: 0,
             carriers: Arc::clone(carriers),
-            decay,
-            tap_gains: vec![0.0; shape.tap_len()],
-            plain: vec![[0.0; LANES]; carriers.measured.as_ref().map_or(0, |m| m.meeting.vectors())],
             sums: Sums { work: silent(), direct: silent(), room: silent(), late: silent() },
             dead_frames: usize::MAX / 2,
         }
@@ -90,7 +78,7 @@ impl Room {
 
     /// Hops of all time filters that a voice is heard through.
     pub(crate) fn filter_hops(&self, voice: &VoiceFilters) -> usize {
-        voice.filter_hops() + self.taps.hops() + LATE_HOPS
+        voice.filter_hops() + self.shared.taps.hops() + LATE_HOPS
     }
 
     /// What the taps are made of.
@@ -100,8 +88,8 @@ impl Room {
 
     /// Sets the reverberation time as a multiple of the scene's.
     pub(crate) fn set_decay(&mut self, times: f32) {
-        if self.decay.set(times) {
-            self.later.decay_by(&self.decay);
+        if self.shared.decay.set(times) {
+            self.later.decay_by(&self.shared.decay);
         }
     }
 
@@ -120,28 +108,18 @@ impl Room {
             return;
         }
         let (taps, carriers) = (self.shape.taps, Arc::clone(&self.carriers));
-        let (quick, slow) = (0..self.quick_blocks, self.quick_blocks..self.blocks);
         if self.own < taps {
-            let mut plain = std::mem::take(&mut self.plain);
+            let mut plain = std::mem::take(&mut self.shared.plain);
             let mixture = carriers.measured.as_ref().map(|m| m.meeting.mixture(tf.shares.entries(), &mut plain));
-            for hop in (self.own..taps).filter(|hop| change.names_tap(*hop)) {
-                self.tap_gains.copy_from_slice(&tf.taps[hop * self.shape.tap_len()..(hop + 1) * self.shape.tap_len()]);
-                if let Some(mixture) = &mixture {
-                    mixture.apply(self.arch, hop, &tf.late, &mut self.tap_gains);
-                }
-                let gains = self.decay.gains(&self.tap_gains, hop + 1);
-                let lost = carriers.measured.as_ref().and_then(|measured| measured.lifted(hop + 1, &tf.shares));
-                for blocks in change.blocks_of(hop, &quick, &slow) {
-                    self.taps.set(hop - self.own, (&carriers.taps, hop), tf.shares.entries(), gains, blocks, lost);
-                }
-            }
-            self.plain = plain;
+            self.shared.update(tf, change, mixture.as_ref(), None);
+            self.shared.plain = plain;
         }
         for hop in change.filters[1].iter().filter(|hop| (taps..taps + LATE_HOPS).contains(hop)) {
             // Each hop has one turn in which the bins that follow quickly have it too.
             let is_due = change.turn.is_none_or(|turn| hop % TURNS == turn);
-            let quick = Some(quick.clone()).filter(|_| is_due);
-            self.later.set(hop - taps, tf, &mut self.decay, &carriers, quick, change.group(&slow));
+            let quick = Some(self.shared.quick.clone()).filter(|_| is_due);
+            let slow = change.group(&self.shared.slow);
+            self.later.set(hop - taps, tf, &mut self.shared.decay, &carriers, quick, slow);
         }
     }
 
@@ -161,7 +139,7 @@ impl Room {
         ears: [&mut [Complex32]; 2],
     ) -> Option<()> {
         let has_room = room_gain > 0.0;
-        let hops = heard(voices).map(VoiceFilters::hops).max().unwrap_or(0) + self.taps.hops() + LATE_HOPS;
+        let hops = heard(voices).map(VoiceFilters::hops).max().unwrap_or(0) + self.shared.taps.hops() + LATE_HOPS;
         if silent && self.dead_frames > hops + 1 {
             return None;
         }
@@ -225,7 +203,7 @@ impl Room {
     fn feed(&mut self, voices: &[impl AsRef<VoiceFilters>]) {
         let (taps, lead) = (self.shape.taps, self.later.ahead());
         let after = taps - late_lead(taps);
-        if self.taps.hops() == 0 {
+        if self.shared.taps.hops() == 0 {
             if let Some(voice) = voices.first() {
                 self.later.advance(voice.as_ref().input().at(after + 1 - self.apart - lead));
             }
@@ -234,7 +212,7 @@ impl Room {
         self.input.advance().blocks().for_each(|block| *block = Block::default());
         for voice in heard(voices) {
             let passed = voice.input().at(self.own + 1 - self.apart - lead);
-            self.taps.inject(&voice.gains, passed, self.input.at_mut(0));
+            self.shared.taps.inject(&voice.gains, passed, self.input.at_mut(0));
         }
         if self.carriers.measured.is_some() {
             // Each voice has the lowest bins of its own.
@@ -250,16 +228,22 @@ impl Room {
         }
         let shared = taps.start.max(self.own)..taps.end.max(self.own);
         if !shared.is_empty() {
-            let (hops, from) = (self.taps.hops(), shared.start - self.own);
+            let (hops, from) = (self.shared.taps.hops(), shared.start - self.own);
             let newest = [self.input.at(from + self.later.ahead())];
             let taps = from..shared.end - self.own;
-            Accumulate { arch: self.arch, newest, filter: self.taps.filters(), hops, taps, sums }.run();
+            Accumulate { arch: self.arch, newest, filter: self.shared.taps.filters(), hops, taps, sums }.run();
         }
     }
 
     /// The shared taps, for frames that are worked out ahead.
     fn applied(&self) -> Applied<'_> {
-        Applied { newest: self.input.at(0), right: None, filter: self.taps.filters(), hops: self.taps.hops(), first_tap: 0 }
+        Applied {
+            newest: self.input.at(0),
+            right: None,
+            filter: self.shared.taps.filters(),
+            hops: self.shared.taps.hops(),
+            first_tap: 0,
+        }
     }
 
     /// Empties the shared part.
@@ -278,10 +262,9 @@ impl Room {
     pub(crate) fn memory_bytes(&self) -> usize {
         4 * size_of_val(&*self.sums.room)
             + self.input.memory_bytes()
-            + self.taps.memory_bytes()
+            + self.shared.memory_bytes()
             + self.later.memory_bytes()
             + self.ahead.as_ref().map_or(0, Ahead::memory_bytes)
-            + self.decay.memory_bytes()
     }
 }
 

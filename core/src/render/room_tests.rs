@@ -4,8 +4,8 @@ use super::*;
 use crate::Bands;
 use crate::decode::Change;
 use crate::number::single;
-use crate::render::carrier::smooth_phases;
-use crate::render::filters::Plan;
+use crate::render::carrier::noise::smooth_phases;
+use crate::render::voice_filters::Plan;
 use crate::stft::{Analysis, Synthesis};
 use crate::{StftGrid, TailModel};
 use promenade_fourier::num_complex::Complex64;
@@ -162,7 +162,7 @@ impl Exact {
                 let gain = f64::from(tf.mixture[k]) * (1.0 + sign * f64::from(tf.difference[k]));
                 *out = Complex64::cis(tf.phase[ear * bins + k].into()) * turn(k) * gain * self.inputs[newest][k];
             }
-            let carrier = |set: &crate::render::carrier_set::CarrierSet, hop: usize, k: usize| {
+            let carrier = |set: &crate::render::carrier::set::CarrierSet, hop: usize, k: usize| {
                 let block = &set.hop(0, hop)[k / LANES].ears[ear];
                 Complex64::new(block.re[k % LANES].into(), block.im[k % LANES].into())
             };

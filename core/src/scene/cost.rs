@@ -3,8 +3,8 @@
 use super::{AMBISONIC_CHANNELS, BassField, ImageSources, SceneParts};
 use crate::network::{CONV_LAYERS, CloudSizes};
 use crate::published::ConvMode;
-use crate::render::lanes::LANES;
-use crate::render::late::LATE_HOPS;
+use crate::render::late::network::LATE_HOPS;
+use crate::render::transform::lanes::LANES;
 use crate::{Field, StftGrid, TransferShape};
 use glam::Vec3;
 use thiserror::Error;

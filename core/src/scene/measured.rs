@@ -2,7 +2,7 @@
 
 use super::Lifted;
 use crate::number::{single, whole};
-use crate::render::low::LOWEST_BINS;
+use crate::render::low::lowest_bins::LOWEST_BINS;
 use crate::{Bands, StftGrid};
 use glam::Vec3;
 

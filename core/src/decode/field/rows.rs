@@ -1,6 +1,6 @@
 //! Transfer functions of a field's nodes, whole or as few coefficients of common shapes.
 
-use crate::render::lanes::WeightedSum;
+use crate::render::transform::lanes::WeightedSum;
 use crate::{TransferFunction, TransferShape};
 use pulp::{Arch, Simd, WithSimd};
 use std::borrow::Cow;

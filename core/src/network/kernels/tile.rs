@@ -14,8 +14,8 @@ pub(crate) trait Columns {
 pub(crate) fn in_columns<S: Simd>(simd: S, positions: usize, work: &mut impl Columns) {
     let vectors = positions.min(PANEL).div_ceil(S::F32_LANES);
     for first in (0..vectors).step_by(2) {
-        // Enough sums that none waits for its last product, no more than there are registers.
-        match (first + 1 < vectors, S::REGISTER_COUNT >= 32) {
+        // Enough sums that none waits for its last product, no more than there are registers, of which browsers have 16.
+        match (first + 1 < vectors, S::REGISTER_COUNT >= 32 && !cfg!(target_family = "wasm")) {
             (true, true) => work.columns::<S, 8, 2>(simd, first),
             (true, false) => work.columns::<S, 4, 2>(simd, first),
             (false, _) => work.columns::<S, 8, 1>(simd, first),

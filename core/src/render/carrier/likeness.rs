@@ -3,8 +3,8 @@
 use crate::Bands;
 use crate::bands::BandPlace;
 use crate::number::whole;
-use crate::render::carrier_set::CarrierSet;
-use crate::render::lanes::{EarBlocks, LANES};
+use crate::render::carrier::set::CarrierSet;
+use crate::render::transform::lanes::{EarBlocks, LANES};
 use crate::transfer::MOST_SHARES;
 use pulp::{Arch, WithSimd};
 

@@ -1,8 +1,8 @@
 //! Later taps of several frames at once: their filters are read once for all of them.
 
 use crate::decode::{TURNS, group};
-use crate::render::lanes::{Block, EarBlocks, LANES, part};
-use crate::render::ring::Slot;
+use crate::render::transform::lanes::{Block, EarBlocks, LANES, part};
+use crate::render::transform::ring::Slot;
 use crate::simd::plus;
 use pulp::{Arch, Simd, WithSimd};
 use std::ops::Range;
@@ -187,8 +187,8 @@ fn spectra<S: Simd, const EARS: usize>(histories: [[&[Block]; 2]; EARS], age: us
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::render::lanes::{Accumulate, blocks_for};
-    use crate::render::ring::Ring;
+    use crate::render::transform::lanes::{Accumulate, blocks_for};
+    use crate::render::transform::ring::Ring;
     use crate::simd::tests::arches;
     use promenade_fourier::num_complex::Complex32;
     use promenade_testing::noise;

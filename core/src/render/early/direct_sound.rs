@@ -1,8 +1,8 @@
 //! The direct sound's filter: masks, phase and interaural delay per bin.
 
 use crate::number::{single, whole};
-use crate::render::lanes::{Block, EarBlocks, LANES, blocks_for};
-use crate::render::phasor::Phasors;
+use crate::render::early::phasor::Phasors;
+use crate::render::transform::lanes::{Block, EarBlocks, LANES, blocks_for};
 use crate::{StftGrid, TransferFunction};
 use promenade_fourier::num_complex::Complex64;
 use pulp::{Arch, WithSimd};

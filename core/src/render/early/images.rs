@@ -3,7 +3,6 @@
 //! Images are played in the time domain and added up in third-order Ambisonics, so that delays glide as the listener walks and
 //! the head is one convolution for all of them.
 
-mod bus;
 mod delay_line;
 mod level;
 mod spline;
@@ -15,12 +14,12 @@ use crate::latency::Pace;
 use crate::minimum_phase::{GIVEN_HZ, LogGains, octave_of};
 use crate::number::{single, whole};
 use crate::octave::KILOHERTZ;
-use crate::render::ambisonic::{HeadConvolver, HeadSpectra, harmonics};
-use crate::render::decay_curve::DecayCurve;
+use crate::render::head::ambisonic::{HeadSpectra, harmonics};
+use crate::render::head::bus::{AmbisonicBus, Bus};
+use crate::render::late::decay_curve::DecayCurve;
 use crate::render::part::{Heard, Hop, PORTIONS, Part};
 use crate::scene::{ImageSources, Lifted, MOST_ROUND, Round, barrier_db, lit_gain};
 use crate::{Corners, DiffractionEdge, Pose, Scene, StftGrid, Tier, Trim};
-use bus::Bus;
 use delay_line::DelayLine;
 use glam::Vec3;
 use level::Levels;
@@ -59,6 +58,11 @@ impl ImageFilters {
         Self { pace: *pace, base, is_early, walls: WallFilters::new(rate), head: Arc::new(head) }
     }
 
+    /// Where the images of voices are added up.
+    pub(crate) fn bus(&self) -> AmbisonicBus {
+        AmbisonicBus::new(&self.head, self.is_early)
+    }
+
     pub(crate) fn memory_bytes(&self) -> usize {
         self.head.memory_bytes()
     }
@@ -87,101 +91,14 @@ struct RoundVoice {
     weights: Weights,
 }
 
-/// Where the images of all voices are added up, and heard block by block.
-pub(crate) struct ImageBus {
-    desk: Desk,
-    convolver: HeadConvolver,
-    /// Whether anything was added in the running block.
-    sounds: bool,
-    /// Whether a block may end before it is there, and whether this one has.
-    is_early: bool,
-    has_ended: bool,
-    /// What the ears hear of the block before.
-    heard: [Vec<f32>; 2],
-}
-
-/// Where they are added up.
-struct Desk {
-    arch: Arch,
-    bus: Bus,
-    scratch: Vec<f32>,
-}
-
-impl ImageBus {
-    /// Of a scene's filters at a host's rate.
-    pub(crate) fn new(filters: &ImageFilters) -> Self {
-        let block = filters.pace.block;
-        Self {
-            desk: Desk { arch: Arch::new(), bus: Bus::new(block), scratch: vec![0.0; scratch_len(block)] },
-            convolver: HeadConvolver::new(Arc::clone(&filters.head)),
-            sounds: false,
-            is_early: filters.is_early,
-            has_ended: false,
-            heard: [vec![0.0; block], vec![0.0; block]],
-        }
-    }
-
-    /// Ends a block, which is heard during the next, unless it has ended early; the level of the difference between the ears
-    /// goes to `width`.
-    pub(crate) fn end_block(&mut self, width: f32) {
-        if std::mem::take(&mut self.has_ended) {
-            self.sounds = false;
-            return;
-        }
-        self.heard.iter_mut().for_each(|ear| ear.fill(0.0));
-        if std::mem::take(&mut self.sounds) {
-            let Desk { arch, bus, .. } = &mut self.desk;
-            bus.finish(*arch);
-            self.convolver.add(|pair, out| bus.read(pair, out), width, &mut self.heard);
-        }
-    }
-
-    /// Ends a block before it is there.
-    pub(crate) fn end_early(&mut self, width: f32) {
-        if self.is_early {
-            self.end_block(width);
-            self.has_ended = true;
-        }
-    }
-
-    /// Forgets what was added for a block.
-    pub(crate) fn forget_prepared(&mut self) {
-        (self.sounds, self.has_ended) = (false, false);
-    }
-
-    /// Adds what the ears hear of the block before, from a sample on.
-    pub(crate) fn add_to(&self, at: usize, ears: [&mut [f32]; 2]) {
-        for (ear, heard) in ears.into_iter().zip(&self.heard) {
-            ear.iter_mut().zip(&heard[at..]).for_each(|(ear, x)| *ear += x);
-        }
-    }
-
-    /// Forgets the past.
-    pub(crate) fn reset(&mut self) {
-        self.convolver.reset();
-        self.forget_prepared();
-        self.heard.iter_mut().for_each(|ear| ear.fill(0.0));
-    }
-
-    pub(crate) fn memory_bytes(&self) -> usize {
-        self.convolver.memory_bytes() + self.desk.bus.memory_bytes() + 2 * size_of_val(&*self.heard[0])
-    }
-
-    /// Makes ready for the images of a voice of which something sounds; the first empties the bus.
-    fn open(&mut self) -> &mut Desk {
-        if !std::mem::replace(&mut self.sounds, true) {
-            self.desk.bus.clear();
-        }
-        &mut self.desk
-    }
-}
-
 /// The image sources of a scene as one voice is heard by them.
 pub(crate) struct ImageVoices {
     scene: Arc<Scene>,
     emitter: Vec3,
     filters: Arc<ImageFilters>,
+    arch: Arch,
     line: DelayLine,
+    scratch: Vec<f32>,
     /// Samples per metre.
     per_m: f64,
     /// Delay of what arrives with the direct sound, samples.
@@ -237,7 +154,9 @@ impl ImageVoices {
         Some(Self {
             emitter,
             filters: Arc::clone(filters),
+            arch: Arch::new(),
             line,
+            scratch: vec![0.0; scratch_len(block)],
             per_m,
             base,
             longest,
@@ -268,7 +187,7 @@ impl ImageVoices {
     }
 
     /// Plays a block of dry sound, but for what was played of it before, while the listener moves to `pose` over it.
-    fn play(&mut self, block: &[f32], pose: &Pose, bus: &mut ImageBus) {
+    fn play(&mut self, block: &[f32], pose: &Pose, bus: &mut AmbisonicBus) {
         self.quiet_blocks = if block.iter().any(|x| *x != 0.0) { 0 } else { self.quiet_blocks.saturating_add(1) };
         if self.aimed.is_none() {
             self.aim(pose);
@@ -309,14 +228,14 @@ impl ImageVoices {
 
     /// Plays the images up to one of some number, and what comes round edges after the last; `newest` samples of the block are
     /// in the line.
-    fn play_images(&mut self, end: usize, newest: usize, bus: &mut ImageBus) {
+    fn play_images(&mut self, end: usize, newest: usize, bus: &mut AmbisonicBus) {
         let scene = Arc::clone(&self.scene);
         let (Some(images), Some((pose, moves, fresh))) = (scene.images(), &self.aimed) else { return };
         let (pose, moves, fresh, count) = (&pose.clone(), *moves, *fresh, self.now.len());
         let (.., trim, tier) = self.hop;
         let (trim, draft, sounds) = (&trim, tier == Tier::Draft, self.sounds());
         let heard = if draft { DRAFT_IMAGES.min(count) } else { count };
-        let desk = if sounds { bus.open() } else { &mut bus.desk };
+        let mut bus = if sounds { Some(bus.open()) } else { None };
         let direct = f64::from(pose.position.distance(self.emitter));
         let outlook = images.outlook(pose, self.emitter);
         let from = std::mem::replace(&mut self.played_to, end.min(count + 1));
@@ -340,18 +259,18 @@ impl ImageVoices {
             }
             let from = if fresh { to } else { *now };
             *now = to;
-            if sounds && (from.gain > 0.0 || to.gain > 0.0) {
-                desk.play((&self.line, newest), weights, from, to);
+            if let Some(bus) = bus.as_deref_mut().filter(|_| from.gain > 0.0 || to.gain > 0.0) {
+                let scratch = &mut self.scratch;
+                self.arch.dispatch(Voice { line: &self.line, newest, weights, from, to, scratch, bus });
             }
         }
         if end > count && from <= count {
-            self.play_round(pose, moves, fresh, (newest, trim), desk);
+            self.play_round(pose, moves, fresh, (newest, trim), bus);
         }
     }
 
     /// Plays the same block as it comes round edges where the emitter or images are hidden.
-    fn play_round(&mut self, pose: &Pose, moves: bool, fresh: bool, (newest, trim): (usize, &Trim), desk: &mut Desk) {
-        let sounds = self.sounds();
+    fn play_round(&mut self, pose: &Pose, moves: bool, fresh: bool, (newest, trim): (usize, &Trim), mut bus: Option<&mut Bus>) {
         let scene = Arc::clone(&self.scene);
         let Some(corners) = scene.corners() else { return };
         if moves {
@@ -384,8 +303,9 @@ impl ImageVoices {
             }
             let from = if fresh { to } else { voice.now };
             voice.now = to;
-            if sounds && (from.gain > 0.0 || to.gain > 0.0) {
-                desk.play((&self.line, newest), &voice.weights, from, to);
+            if let Some(bus) = bus.as_deref_mut().filter(|_| from.gain > 0.0 || to.gain > 0.0) {
+                let (weights, scratch) = (&voice.weights, &mut self.scratch);
+                self.arch.dispatch(Voice { line: &self.line, newest, weights, from, to, scratch, bus });
             }
         }
     }
@@ -497,13 +417,5 @@ impl Part for ImageVoices {
 
     fn memory_bytes(&self) -> usize {
         self.line.memory_bytes() + size_of_val(&*self.weights) + size_of_val(&*self.now)
-    }
-}
-
-impl Desk {
-    /// Adds one image that goes from one moment to another, of a line with some samples of the block.
-    fn play(&mut self, (line, newest): (&DelayLine, usize), weights: &Weights, from: Moment, to: Moment) {
-        let voice = Voice { line, newest, weights, from, to, scratch: &mut self.scratch, bus: &mut self.bus };
-        self.arch.dispatch(voice);
     }
 }

@@ -2,7 +2,7 @@
 
 use crate::number::single;
 use crate::octave::{KILOHERTZ, OCTAVES_HZ};
-use crate::render::decay_curve::DecayCurve;
+use crate::render::late::decay_curve::DecayCurve;
 use crate::{EARLY_S, Scene, StftGrid, Trim};
 use std::sync::Arc;
 

@@ -1,9 +1,9 @@
 //! The bass of a measured direct sound, which lasts longer than the hop that the rest of it fits into.
 
-use crate::render::carrier_set::CarrierSet;
-use crate::render::lanes::{Accumulate, EarBlocks};
-use crate::render::ring::Slot;
-use crate::render::taps::mix;
+use crate::render::carrier::set::CarrierSet;
+use crate::render::early::taps::mix;
+use crate::render::transform::lanes::{Accumulate, EarBlocks};
+use crate::render::transform::ring::Slot;
 use pulp::Arch;
 
 /// Heard where the room is not: with the room, its taps have the same sound.

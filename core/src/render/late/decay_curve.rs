@@ -3,7 +3,7 @@
 use crate::decode::field::heard;
 use crate::number::{single, whole};
 use crate::octave::nearest_octave;
-use crate::render::late::{late_gain, late_lead, late_share};
+use crate::render::late::network::{late_gain, late_lead, late_share};
 use crate::{Bands, NEAREST_M, Scene, Shares, StftGrid, TAP_LEAD_HOPS, TailModel};
 
 /// Less energy than that is none.

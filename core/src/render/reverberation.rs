@@ -1,20 +1,24 @@
 //! What of a room comes after its explicit taps.
 
 use crate::number::single;
-use crate::render::ahead::{Applied, FRAMES};
-use crate::render::carrier::per_bin;
+use crate::render::carrier::noise::per_bin;
 use crate::render::carriers::Carriers;
-use crate::render::decay::Decay;
-use crate::render::filters::Plan;
-use crate::render::lanes::{Accumulate, EarBlocks, blocks_for};
-use crate::render::late::{LATE_HOPS, Late, late_gain, left_ear};
-use crate::render::ring::{Ring, Slot};
-use crate::render::taps::Taps;
+use crate::render::early::taps::Taps;
+use crate::render::early::taps_ahead::{Applied, FRAMES};
+use crate::render::late::decay::Decay;
+use crate::render::late::network::{LATE_HOPS, Late, late_gain, left_ear};
+use crate::render::transform::lanes::{Accumulate, EarBlocks, blocks_for};
+use crate::render::transform::ring::{Ring, Slot};
+use crate::render::voice_filters::Plan;
 use crate::transfer::Shares;
 use crate::{TransferFunction, TransferShape};
 use glam::{Quat, Vec2};
 use pulp::Arch;
 use std::ops::Range;
+
+/// What the ears' axis turns by in the late field from one frame to the next, at most, radians: 12 degrees, 2400 a second at
+/// hops of 5 ms.
+const MOST_TURN: f32 = 0.21;
 
 /// The late network with the noise that colours it.
 pub(crate) struct Later {
@@ -66,7 +70,8 @@ impl Later {
 
     /// Turns the late field with the head, at once or as the frames come.
     pub(crate) fn face(&mut self, orientation: Quat, at_once: bool) {
-        let newest = left_ear(orientation, self.left[0]);
+        let wanted = left_ear(orientation, self.left[0]);
+        let newest = if at_once { wanted } else { glided(self.left[0], wanted) };
         if at_once {
             self.left = [newest; FRAMES];
         } else {
@@ -149,5 +154,30 @@ impl Later {
     pub(crate) fn memory_bytes(&self) -> usize {
         let tails: usize = self.tails.iter().map(Ring::memory_bytes).sum();
         tails + self.filters.memory_bytes() + self.network.memory_bytes()
+    }
+}
+
+/// The ears' axis a frame later: a head that rolls past a right angle has it the other way round from one pose to the next.
+fn glided(from: Vec2, wanted: Vec2) -> Vec2 {
+    if from.dot(wanted) >= MOST_TURN.cos() { wanted } else { from.rotate_towards(wanted, MOST_TURN) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_head_that_rolls_past_a_right_angle_turns_the_field_about_slowly() {
+        let at = |degrees: f32| left_ear(Quat::from_rotation_x(degrees.to_radians()), Vec2::Y);
+        let (from, wanted) = (at(89.0), at(91.0));
+        assert!(from.dot(wanted) < -0.99);
+        let (mut axis, mut frames) = (from, 0);
+        while axis != wanted {
+            let next = glided(axis, wanted);
+            assert!(axis.angle_to(next).abs() < MOST_TURN + 1e-3, "{axis} {next}");
+            (axis, frames) = (next, frames + 1);
+            assert!(frames < 20);
+        }
+        assert!(frames > 10, "{frames}");
     }
 }

@@ -1,9 +1,9 @@
 //! Time filters: carriers, mixed and coloured by gains per band.
 
 use crate::bands::BandPlace;
-use crate::render::carrier_set::CarrierSet;
-use crate::render::lanes::{Block, EarBlocks, LANES, blocks_for, part};
-use crate::render::ring::{Slot, SlotMut};
+use crate::render::carrier::set::CarrierSet;
+use crate::render::transform::lanes::{Block, EarBlocks, LANES, blocks_for, part};
+use crate::render::transform::ring::{Slot, SlotMut};
 use crate::simd::{times, times_plus};
 use crate::transfer::MOST_SHARES;
 use pulp::{Arch, Simd, WithSimd};

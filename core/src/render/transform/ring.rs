@@ -1,6 +1,6 @@
 //! The newest spectra of a sound.
 
-use crate::render::block::Block;
+use crate::render::transform::block::Block;
 use crate::simd::LANES;
 use promenade_fourier::num_complex::Complex32;
 

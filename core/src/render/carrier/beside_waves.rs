@@ -1,8 +1,8 @@
 //! Noise beside waves.
 
 use crate::number::single;
-use crate::render::carrier_set::CarrierSet;
-use crate::render::lanes::ear_spectrum;
+use crate::render::carrier::set::CarrierSet;
+use crate::render::transform::lanes::ear_spectrum;
 use crate::{StftGrid, noise_share, wave_share};
 use promenade_fourier::num_complex::Complex32;
 use promenade_fourier::{signal, spectrum};

@@ -2,9 +2,9 @@
 
 use crate::bands::BandPlace;
 use crate::number::{exponent, single};
-use crate::render::carrier::per_bin;
-use crate::render::decay_curve::DecayCurve;
-use crate::render::lanes::{LANES, blocks_for};
+use crate::render::carrier::noise::per_bin;
+use crate::render::late::decay_curve::DecayCurve;
+use crate::render::transform::lanes::{LANES, blocks_for};
 use crate::{StftGrid, TAP_LEAD_HOPS, TailModel};
 use std::sync::Arc;
 

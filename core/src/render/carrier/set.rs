@@ -2,8 +2,8 @@
 
 use crate::Shares;
 use crate::bands::BandPlace;
-use crate::render::carrier::EarSpectra;
-use crate::render::lanes::{EarBlocks, LANES, blocks_for};
+use crate::render::carrier::noise::EarSpectra;
+use crate::render::transform::lanes::{EarBlocks, LANES, blocks_for};
 
 /// Spectra of hops in blocks of bins.
 pub(crate) struct CarrierSet {

@@ -79,6 +79,11 @@ impl HeadSpectra {
         Self { hop, n_fft, filters, lead: head.lead as f64 * ratio }
     }
 
+    /// Samples of a hop.
+    pub(crate) fn hop(&self) -> usize {
+        self.hop
+    }
+
     /// Samples that sound on after the input has ended.
     pub(crate) fn tail(&self) -> usize {
         self.n_fft

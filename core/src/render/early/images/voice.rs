@@ -1,11 +1,11 @@
 //! One image source as it sounds.
 
-use super::bus::Bus;
 use super::delay_line::{DelayLine, aligned};
 use super::spline::{BEFORE, POINTS, interpolate, interpolate_one};
 use super::wall::Weights;
 use crate::number::{single, whole};
-use crate::render::ambisonic::Channels;
+use crate::render::head::ambisonic::Channels;
+use crate::render::head::bus::Bus;
 use crate::simd::{LANE, LANES};
 use pulp::{Simd, WithSimd};
 
@@ -116,7 +116,7 @@ fn play<S: Simd>(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::render::images::wall::{BASES, WallFilters};
+    use crate::render::early::images::wall::{BASES, WallFilters};
     use crate::scene::AMBISONIC_CHANNELS;
     use crate::simd::tests::arches;
     use promenade_fourier::num_complex::Complex32;

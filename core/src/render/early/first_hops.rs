@@ -3,9 +3,9 @@
 use crate::StftGrid;
 use crate::latency::{EARLY_HOPS, Pace};
 use crate::number::single;
-use crate::render::lanes::{Accumulate, Block, EarBlocks, LANES, blocks_for, ear_spectrum};
 use crate::render::part::{Heard as HeardBy, Hop, Part};
-use crate::render::ring::Ring;
+use crate::render::transform::lanes::{Accumulate, Block, EarBlocks, LANES, blocks_for, ear_spectrum};
+use crate::render::transform::ring::Ring;
 use crate::simd::LANE;
 use promenade_fourier::num_complex::Complex32;
 use promenade_fourier::{ComplexToReal, RealToComplex};

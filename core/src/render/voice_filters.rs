@@ -2,17 +2,17 @@
 
 use crate::decode::{Change, Hops, QUICK_BELOW_HZ, TURNS};
 use crate::number::whole;
-use crate::render::ahead::Applied;
-use crate::render::bass::Bass;
+use crate::render::carrier::likeness::Mixture;
 use crate::render::carriers::Carriers;
-use crate::render::decay::Decay;
-use crate::render::direct::DirectFilter;
-use crate::render::lanes::{Accumulate, Block, EarBlocks, LANES, blocks_for};
-use crate::render::late::LATE_HOPS;
-use crate::render::low::Low;
-use crate::render::meeting::Mixture;
-use crate::render::ring::Ring;
-use crate::render::taps::{Taps, add_mix};
+use crate::render::early::direct_bass::Bass;
+use crate::render::early::direct_sound::DirectFilter;
+use crate::render::early::taps::{Taps, add_mix};
+use crate::render::early::taps_ahead::Applied;
+use crate::render::late::decay::Decay;
+use crate::render::late::network::LATE_HOPS;
+use crate::render::low::lowest_bins::Low;
+use crate::render::transform::lanes::{Accumulate, Block, EarBlocks, LANES, blocks_for};
+use crate::render::transform::ring::Ring;
 use crate::{EARLY_S, StftGrid, TAP_LEAD_HOPS, TailModel, TransferFunction, TransferShape, Trim};
 use promenade_fourier::num_complex::Complex32;
 use pulp::{Arch, WithSimd};
@@ -37,7 +37,7 @@ pub(crate) struct Plan<'a> {
 }
 
 impl Plan<'_> {
-    pub(crate) fn decay(&self) -> Decay {
+    fn decay(&self) -> Decay {
         let Carriers { places, curve, .. } = &**self.carriers;
         Decay::new(self.grid, self.tail, places, Arc::clone(curve), self.shape.taps)
     }
@@ -64,8 +64,88 @@ impl Plan<'_> {
     }
 }
 
+/// Some explicit taps, coloured by a transfer function.
+pub(crate) struct ColouredTaps {
+    arch: Arch,
+    numbers: Range<usize>,
+    tap_len: usize,
+    pub(crate) taps: Taps,
+    /// Blocks of bins that follow a pose quickly, and the others.
+    pub(crate) quick: Range<usize>,
+    pub(crate) slow: Range<usize>,
+    pub(crate) decay: Decay,
+    carriers: Arc<Carriers>,
+    gains: Vec<f32>,
+    /// How much of a mix of responses is left as it is, by ear and band.
+    pub(crate) plain: Vec<[f32; LANES]>,
+}
+
+impl ColouredTaps {
+    /// Of these numbers.
+    pub(crate) fn new(plan: &Plan<'_>, numbers: Range<usize>) -> Self {
+        let Plan { shape, carriers, .. } = *plan;
+        let (blocks, quick) = plan.blocks();
+        Self {
+            arch: Arch::new(),
+            tap_len: shape.tap_len(),
+            taps: Taps::new(numbers.len(), &carriers.places, shape.bands),
+            numbers,
+            quick: 0..quick,
+            slow: quick..blocks,
+            decay: plan.decay(),
+            carriers: Arc::clone(carriers),
+            gains: vec![0.0; shape.tap_len()],
+            plain: vec![[0.0; LANES]; carriers.measured.as_ref().map_or(0, |m| m.meeting.vectors())],
+        }
+    }
+
+    /// Brings them to a pose as a change names them; the first are delayed at the ears by `turn` where it is given.
+    pub(crate) fn update(
+        &mut self,
+        tf: &TransferFunction,
+        change: &Change,
+        mixture: Option<&Mixture<'_>>,
+        turn: Option<&[Block]>,
+    ) {
+        for tap in self.numbers.clone().filter(|tap| change.names_tap(*tap)) {
+            self.colour(tf, mixture, tap);
+            let gains = self.decay.gains(&self.gains, tap + 1);
+            let lost = self.carriers.measured.as_ref().and_then(|measured| measured.lifted(tap + 1, &tf.shares));
+            let hop = tap - self.numbers.start;
+            for blocks in change.blocks_of(tap, &self.quick, &self.slow) {
+                self.taps.set(hop, (&self.carriers.taps, tap), tf.shares.entries(), gains, blocks.clone(), lost);
+                if let Some(turn) = turn.filter(|_| tap < DELAYED_TAPS) {
+                    self.taps.turn(hop, turn, blocks);
+                }
+            }
+        }
+    }
+
+    /// Gains of the lowest bins of any tap, both ears.
+    fn lowest(&mut self, tf: &TransferFunction, mixture: Option<&Mixture<'_>>, tap: usize) -> [[f32; LANES]; 2] {
+        self.colour(tf, mixture, tap);
+        self.taps.lowest_of(self.decay.gains(&self.gains, tap + 1))
+    }
+
+    /// Those of gains per band, so many hops after the direct sound.
+    fn lowest_of(&mut self, gains: &[f32], hops: usize) -> [[f32; LANES]; 2] {
+        self.taps.lowest_of(self.decay.gains(gains, hops))
+    }
+
+    fn colour(&mut self, tf: &TransferFunction, mixture: Option<&Mixture<'_>>, tap: usize) {
+        self.gains.copy_from_slice(&tf.taps[tap * self.tap_len..(tap + 1) * self.tap_len]);
+        if let Some(mixture) = mixture {
+            mixture.apply(self.arch, tap, &tf.late, &mut self.gains);
+        }
+    }
+
+    pub(crate) fn memory_bytes(&self) -> usize {
+        self.taps.memory_bytes() + self.decay.memory_bytes()
+    }
+}
+
 /// The filters of one voice, in the streaming form of AV-Cloud's Spatial Audio Render Head: masks and interaural delay for the
-/// direct sound, complex taps with fixed carriers for the room. What comes after them is the [`Room`](crate::render::room::Room).
+/// direct sound, complex taps with fixed carriers for the room. What comes after them is the `Room`.
 ///
 /// Per bin k and frame t: `Y[k,t] = D[k] X[k,t] + sum_l g_l[k] C_l[k] X[k,t-l]`, with `l` from 1 to the number of taps.
 pub(crate) struct VoiceFilters {
@@ -74,24 +154,18 @@ pub(crate) struct VoiceFilters {
     /// Explicit taps of its own, and others that it has in the lowest bins.
     own: usize,
     own_low: usize,
-    /// Blocks of bins that follow a pose quickly.
-    quick_blocks: usize,
     direct: DirectFilter,
-    taps: Taps,
+    taps: ColouredTaps,
     low: Low,
     bass: Bass,
     carriers: Arc<Carriers>,
-    decay: Decay,
     /// Hops that are played without waiting for a frame.
     apart: usize,
     /// The filter of these, and the levels that it was added up with, as long as its parts have not changed.
     joined: Vec<EarBlocks>,
     joined_at: Option<(f32, Trim)>,
-    /// Gains of a tap and of the lowest bins after the taps, both ears.
-    tap_gains: Vec<f32>,
+    /// Gains of the lowest bins after the taps, both ears.
     low_gains: Vec<f32>,
-    /// How much of a mix of responses is left as it is, by ear and band.
-    plain: Vec<[f32; LANES]>,
     /// The newest input spectra, at least one more than there are taps.
     input: Ring,
     /// Whether anything of its frames is heard, the gain of its direct sound, and the gains by band at which the shared part of
@@ -104,7 +178,7 @@ pub(crate) struct VoiceFilters {
 impl VoiceFilters {
     pub(crate) fn new(plan: &Plan<'_>) -> Self {
         let Plan { grid, shape, carriers, own_taps: own, .. } = *plan;
-        let ((blocks, quick_blocks), apart) = (plan.blocks(), plan.apart());
+        let ((blocks, _), apart) = (plan.blocks(), plan.apart());
         let own_low = if carriers.measured.is_some() { shape.taps - own } else { 0 };
         let bass = Bass::new(carriers.measured.as_ref().map(|m| &m.bass), apart);
         Self {
@@ -112,17 +186,13 @@ impl VoiceFilters {
             shape,
             own,
             own_low,
-            quick_blocks,
             direct: DirectFilter::new(grid, plan.scene_grid, carriers.top_hz),
-            taps: Taps::new(own, &carriers.places, shape.bands),
+            taps: ColouredTaps::new(plan, 0..own),
             low: Low::new(own_low + plan.low_hops(), own - apart),
-            decay: plan.decay(),
             apart,
             joined: vec![EarBlocks::default(); if apart > 0 { blocks } else { 0 }],
             joined_at: None,
-            tap_gains: vec![0.0; shape.tap_len()],
             low_gains: vec![1.0; shape.tap_len()],
-            plain: vec![[0.0; LANES]; carriers.measured.as_ref().map_or(0, |m| m.meeting.vectors())],
             input: Ring::new(blocks, (own + 1).max(bass.hops())),
             is_heard: false,
             direct_gain: 1.0,
@@ -145,7 +215,7 @@ impl VoiceFilters {
     /// Sets the reverberation time as a multiple of the scene's. Returns whether it has changed: then all time filters are to
     /// be brought up to date.
     pub(crate) fn set_decay(&mut self, times: f32) -> bool {
-        self.decay.set(times)
+        self.taps.decay.set(times)
     }
 
     /// Takes what has changed in a transfer function; `room` says whether more than the direct sound is wanted.
@@ -168,20 +238,10 @@ impl VoiceFilters {
             return;
         }
         let carriers = Arc::clone(&self.carriers);
-        let mut plain = std::mem::take(&mut self.plain);
+        let mut plain = std::mem::take(&mut self.taps.plain);
         let mixture = carriers.measured.as_ref().map(|m| m.meeting.mixture(tf.shares.entries(), &mut plain));
-        let (quick, slow) = (0..self.quick_blocks, self.quick_blocks..self.direct.blocks().len());
-        for hop in (0..self.own).filter(|hop| change.names_tap(*hop)) {
-            self.colour_tap(tf, mixture.as_ref(), hop);
-            let gains = self.decay.gains(&self.tap_gains, hop + 1);
-            let lost = carriers.measured.as_ref().and_then(|measured| measured.lifted(hop + 1, &tf.shares));
-            for blocks in change.blocks_of(hop, &quick, &slow) {
-                self.taps.set(hop, (&carriers.taps, hop), tf.shares.entries(), gains, blocks.clone(), lost);
-                if hop < DELAYED_TAPS && carriers.measured.is_none() {
-                    self.taps.turn(hop, self.direct.turn(), blocks);
-                }
-            }
-        }
+        let turn = if carriers.measured.is_none() { Some(self.direct.turn()) } else { None };
+        self.taps.update(tf, change, mixture.as_ref(), turn);
         if let (Some(measured), Some(mixture)) = (&carriers.measured, &mixture)
             && change.filters != <[Hops; 2]>::default()
         {
@@ -194,8 +254,7 @@ impl VoiceFilters {
             let is_due = |hop: &usize| change.turn.is_none_or(|turn| hop % TURNS == turn);
             let first = self.shape.taps + LATE_HOPS;
             for hop in change.filters[1].iter().filter(|hop| *hop >= first).filter(is_due) {
-                let gains = self.decay.gains(&self.low_gains, self.shape.taps + 1 + hop - first);
-                let gains = self.taps.lowest_of(gains);
+                let gains = self.taps.lowest_of(&self.low_gains, self.shape.taps + 1 + hop - first);
                 let (at, set) = (self.own_low + hop - first, (&measured.low, hop - first));
                 self.low.set(at, set, (tf.shares.entries(), None), &gains);
             }
@@ -203,21 +262,12 @@ impl VoiceFilters {
         if let Some(measured) = &carriers.measured {
             // The lowest bins follow quickly.
             for tap in (self.own..self.shape.taps).filter(|tap| change.quick.iter().any(|hops| hops.contains(*tap))) {
-                self.colour_tap(tf, mixture.as_ref(), tap);
-                let gains = self.taps.lowest_of(self.decay.gains(&self.tap_gains, tap + 1));
+                let gains = self.taps.lowest(tf, mixture.as_ref(), tap);
                 let parts = (tf.shares.entries(), measured.lifted(tap + 1, &tf.shares));
                 self.low.set(tap - self.own, (&carriers.taps, tap), parts, &gains);
             }
         }
-        self.plain = plain;
-    }
-
-    /// Takes the gains of a tap.
-    fn colour_tap(&mut self, tf: &TransferFunction, mixture: Option<&Mixture<'_>>, tap: usize) {
-        self.tap_gains.copy_from_slice(&tf.taps[tap * self.shape.tap_len()..(tap + 1) * self.shape.tap_len()]);
-        if let Some(mixture) = mixture {
-            mixture.apply(self.arch, tap, &tf.late, &mut self.tap_gains);
-        }
+        self.taps.plain = plain;
     }
 
     /// Takes the newest frame.
@@ -251,12 +301,12 @@ impl VoiceFilters {
         }
         let taps = taps.start.min(self.own)..taps.end.min(self.own);
         let newest = [self.input.at(taps.start + 1 - self.apart)];
-        Accumulate { arch: self.arch, newest, filter: self.taps.filters(), hops: self.own, taps, sums }.run();
+        Accumulate { arch: self.arch, newest, filter: self.taps.taps.filters(), hops: self.own, taps, sums }.run();
     }
 
     /// Its own taps from one on whose frame is the newest for the last of the frames that are worked out ahead.
     pub(crate) fn applied(&self, first_tap: usize) -> Applied<'_> {
-        Applied { newest: self.input.at(0), right: None, filter: self.taps.filters(), hops: self.own, first_tap }
+        Applied { newest: self.input.at(0), right: None, filter: self.taps.taps.filters(), hops: self.own, first_tap }
     }
 
     /// Adds the lowest bins of measured responses after all taps.
@@ -274,7 +324,7 @@ impl VoiceFilters {
         let bass = (self.bass.filters(), self.bass.hops(), 1.0 - room_gain);
         self.arch.dispatch(Join {
             direct: self.direct.blocks(),
-            taps: (self.taps.filters(), self.taps.hops()),
+            taps: (self.taps.taps.filters(), self.own),
             bass,
             count: self.apart,
             gains,
@@ -302,7 +352,6 @@ impl VoiceFilters {
             + self.taps.memory_bytes()
             + self.low.memory_bytes()
             + self.bass.memory_bytes()
-            + self.decay.memory_bytes()
     }
 }
 

@@ -6,10 +6,10 @@
 use crate::decode::NEAREST_M;
 use crate::latency::Pace;
 use crate::number::{single, whole};
-use crate::render::crossover::Crossover;
-use crate::render::decay_curve::DecayCurve;
-use crate::render::lanes::WeightedSum;
+use crate::render::late::decay_curve::DecayCurve;
+use crate::render::low::crossover::Crossover;
 use crate::render::part::{Heard, Hop, Part};
+use crate::render::transform::lanes::WeightedSum;
 use crate::scene::{BASS_SIGNALS, BassEars, BassField};
 use crate::{EARLY_S, Pose, Scene, StftGrid, Trim};
 use glam::Vec3;

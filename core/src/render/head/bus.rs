@@ -1,10 +1,11 @@
 //! Ambisonic channels that images are added to.
 
-use crate::render::ambisonic::Channels;
+use crate::render::head::ambisonic::{Channels, HeadConvolver, HeadSpectra};
 use crate::scene::AMBISONIC_CHANNELS;
 use crate::simd::LANES;
 use promenade_fourier::num_complex::Complex32;
 use pulp::{Arch, Simd, WithSimd};
+use std::sync::Arc;
 
 /// Images that are directed at once, so that a channel's sum is read and written once for all of them.
 const ROWS: usize = 8;
@@ -118,6 +119,89 @@ impl Bus {
 
     pub(crate) fn memory_bytes(&self) -> usize {
         size_of_val(&*self.chunks) + size_of_val(&*self.sound)
+    }
+}
+
+/// Where the moving arrivals of all voices are added up, and heard block by block.
+pub(crate) struct AmbisonicBus {
+    arch: Arch,
+    bus: Bus,
+    convolver: HeadConvolver,
+    /// Whether anything was added in the running block.
+    sounds: bool,
+    /// Whether a block may end before it is there, and whether this one has.
+    is_early: bool,
+    has_ended: bool,
+    /// What the ears hear of the block before.
+    heard: [Vec<f32>; 2],
+}
+
+impl AmbisonicBus {
+    /// For blocks as long as those of the head's spectra, which may end before they are there or not.
+    pub(crate) fn new(head: &Arc<HeadSpectra>, is_early: bool) -> Self {
+        let block = head.hop();
+        Self {
+            arch: Arch::new(),
+            bus: Bus::new(block),
+            convolver: HeadConvolver::new(Arc::clone(head)),
+            sounds: false,
+            is_early,
+            has_ended: false,
+            heard: [vec![0.0; block], vec![0.0; block]],
+        }
+    }
+
+    /// Makes ready for a voice of which something sounds; the first empties the bus.
+    pub(crate) fn open(&mut self) -> &mut Bus {
+        if !std::mem::replace(&mut self.sounds, true) {
+            self.bus.clear();
+        }
+        &mut self.bus
+    }
+
+    /// Ends a block, which is heard during the next, unless it has ended early; the level of the difference between the ears
+    /// goes to `width`.
+    pub(crate) fn end_block(&mut self, width: f32) {
+        if std::mem::take(&mut self.has_ended) {
+            self.sounds = false;
+            return;
+        }
+        self.heard.iter_mut().for_each(|ear| ear.fill(0.0));
+        if std::mem::take(&mut self.sounds) {
+            self.bus.finish(self.arch);
+            self.convolver.add(|pair, out| self.bus.read(pair, out), width, &mut self.heard);
+        }
+    }
+
+    /// Ends a block before it is there.
+    pub(crate) fn end_early(&mut self, width: f32) {
+        if self.is_early {
+            self.end_block(width);
+            self.has_ended = true;
+        }
+    }
+
+    /// Forgets what was added for a block.
+    pub(crate) fn forget_prepared(&mut self) {
+        (self.sounds, self.has_ended) = (false, false);
+    }
+
+    /// Adds what the ears hear of the block before, from a sample on.
+    pub(crate) fn add_to(&self, at: usize, ears: [&mut [f32]; 2]) {
+        for (ear, heard) in ears.into_iter().zip(&self.heard) {
+            ear.iter_mut().zip(&heard[at..]).for_each(|(ear, x)| *ear += x);
+        }
+    }
+
+    /// Forgets the past.
+    pub(crate) fn reset(&mut self) {
+        self.convolver.reset();
+        self.forget_prepared();
+        self.heard.iter_mut().for_each(|ear| ear.fill(0.0));
+    }
+
+    pub(crate) fn memory_bytes(&self) -> usize {
+        self.convolver.memory_bytes() + self.bus.memory_bytes() + 2 * size_of_val(&*self.heard[0])
     }
 }
 

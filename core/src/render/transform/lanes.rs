@@ -1,11 +1,11 @@
 //! Sums over taps, block by block, that the render head spends its time on.
 
-use crate::render::ring::Slot;
+use crate::render::transform::ring::Slot;
 use crate::simd::{all, load, times_plus};
 use pulp::{Arch, Simd, WithSimd};
 use std::ops::Range;
 
-pub(crate) use crate::render::block::{Block, EarBlocks, blocks_for, ear_spectrum};
+pub(crate) use crate::render::transform::block::{Block, EarBlocks, blocks_for, ear_spectrum};
 pub(crate) use crate::simd::LANES;
 
 /// Adds `filter[block][taps.start + i]` times a frame of which `i` is the age to both ears, over `i`, block by block.
@@ -149,7 +149,7 @@ impl WithSimd for WeightedSum<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::render::ring::Ring;
+    use crate::render::transform::ring::Ring;
     use promenade_fourier::num_complex::Complex32;
 
     #[test]
