@@ -53,6 +53,9 @@ struct Second {
 
 /// A scene's renderers at one sample rate: one for each emitter.
 ///
+/// Made off the audio thread by a loader; a [`Spatializer`](crate::Spatializer) on the audio thread owns it until the next
+/// scene, and it is dropped elsewhere.
+///
 /// A channel has half of its amplitude, so that a sound which is the same in both is as loud as with one emitter.
 pub struct Emitters {
     first: Renderer,

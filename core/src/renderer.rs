@@ -64,6 +64,8 @@ impl Scene {
 }
 
 /// How a stream is rendered.
+///
+/// Made by the caller for each block and passed by reference; nothing keeps it.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct RenderParams {
     /// Speed against accuracy.
@@ -79,6 +81,9 @@ impl<Q: Into<Quality>> From<Q> for RenderParams {
 }
 
 /// Renders a mono stream through one scene at one sample rate, and further ones in the same room.
+///
+/// Made off the audio thread for a scene and a rate, moved to the audio thread, which owns it, and dropped elsewhere when the
+/// scene is changed.
 pub struct Renderer {
     scene: Arc<Scene>,
     grid: StftGrid,
