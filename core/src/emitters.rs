@@ -48,6 +48,9 @@ struct Second {
 
 /// A scene's renderer, the sound of whose first voice has one channel, or two with a voice for each.
 ///
+/// Made off the audio thread by a loader; a [`Spatializer`](crate::Spatializer) on the audio thread owns it until the next
+/// scene, and it is dropped elsewhere.
+///
 /// A channel has half of its amplitude, so that a sound which is the same in both is as loud as with one emitter.
 pub struct Emitters {
     renderer: Renderer,

@@ -75,6 +75,8 @@ pub struct HeadDirection {
 /// as the responses themselves (Kulkarni, Isabelle and Colburn 1999). The delays are those below 1.5 kHz, where people localise
 /// by time.
 ///
+/// Made of a SOFA file or of the built-in head off the audio thread; scenes, simulations and renderers share it, immutable.
+///
 /// Levels are equalised for a diffuse field: over all directions and both ears their energy is 1 in every band. What
 /// loudspeaker, microphones and ear canals had in common with all directions is gone with that (Larcher, Jot and Vandernoot
 /// 1998).

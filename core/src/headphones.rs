@@ -95,6 +95,8 @@ enum Correction {
 }
 
 /// What a pair of headphones needs to sound neutral. It is for any sample rate.
+///
+/// Read from a text or a measurement off the audio thread, where a [`HeadphoneFilter`] is made of it for each sample rate.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(try_from = "saved::Saved", into = "saved::Saved")]
 pub struct Headphones(Correction);
@@ -186,6 +188,8 @@ enum Ear {
 }
 
 /// Headphones' compensation at one sample rate, with its past.
+///
+/// Made by a loader; the [`HeadphoneStage`] on the audio thread owns it, and gives it back to be dropped elsewhere.
 #[derive(Clone)]
 pub struct HeadphoneFilter {
     ears: [Ear; 2],

@@ -24,6 +24,8 @@ pub use placement::{Listener, Placement};
 pub use shapes::{CONV_LAYERS, MAX_HARMONICS};
 
 /// The network of one model with all the memory it needs.
+///
+/// Made for one model by a live decoder or the player of clips; one thread at a time runs it, in the background or offline.
 pub struct Network(Kind);
 
 enum Kind {

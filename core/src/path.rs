@@ -85,6 +85,9 @@ impl Default for Playback {
 
 /// Camera path: position by a Catmull-Rom spline, orientation by spherical linear interpolation.
 ///
+/// Read from a file or drawn in the editor off the audio thread; the audio thread asks the whole path for poses by time and
+/// never changes it.
+///
 /// Position tangents are the finite differences of Catmull and Rom (1974) for unequal times; it passes through every keyframe
 /// and does not overshoot a standstill between two equal positions at the ends.
 #[derive(Clone, Debug, PartialEq)]

@@ -63,6 +63,8 @@ impl Scene {
 }
 
 /// How a stream is rendered.
+///
+/// Made by the caller for each block and passed by reference; nothing keeps it.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct RenderParams {
     /// Speed against accuracy.
@@ -121,6 +123,9 @@ impl From<(f64, Arc<Carriers>)> for RendererConfig {
 ///
 /// Each voice has its own direct sound and early reflections. What comes later is one room for all of them, which hears each as
 /// loud as by itself; it is heard from the place of the first voice.
+///
+/// Made off the audio thread for a scene and a rate, moved to the audio thread, which owns it, and dropped elsewhere when the
+/// scene is changed.
 pub struct Renderer {
     scene: Arc<Scene>,
     grid: StftGrid,

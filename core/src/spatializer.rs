@@ -14,6 +14,8 @@ const GAIN_RAMP_S: f64 = 0.001;
 const CHUNK: usize = 256;
 
 /// Settings that hold for one block.
+///
+/// A snapshot of parameters that the audio thread takes at the beginning of each block.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BlockParams {
     /// Point on the curve of speed against accuracy.
@@ -59,6 +61,9 @@ impl From<&BlockParams> for RenderParams {
 }
 
 /// Places a mono or stereo input in a scene, any block size, with the dry sound aligned to the rendered one.
+///
+/// Made with an instance for a sample rate; its audio thread owns it. Scenes are made elsewhere, swapped in whole, and given
+/// back to be dropped.
 ///
 /// Changes of gain, mix and bypass belong to the input sample they come with: they are heard at that sample plus the latency.
 pub struct Spatializer {

@@ -55,6 +55,8 @@ impl Default for LiveParams {
 }
 
 /// How well a stream is rendered.
+///
+/// Passed with each block.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Quality {
     /// Point on the curve of speed against accuracy; one that the scene lacks is played as [`crate::Scene::played_tier`] says.

@@ -2,6 +2,8 @@
 
 /// Effect of one listener pose on the source, on a scene's grid and bands.
 ///
+/// Made with its renderer and filled anew for each pose by a decoder; the thread that renders owns it.
+///
 /// Left gain is `(1 - difference) * mixture`, right gain `(1 + difference) * mixture`, so a positive difference is louder on
 /// the right.
 #[derive(Clone, Debug, PartialEq)]

@@ -20,6 +20,8 @@ const STEP: f32 = 0.125;
 const DECAY_STEP: f32 = 0.015;
 
 /// What a user changes about a scene's sound. By default all of it sounds as the scene has it, to the bit.
+///
+/// A value that the audio thread takes from the parameters of each block.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Trim {
     /// Gain of the direct sound, linear, 0 to 16.

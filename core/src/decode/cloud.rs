@@ -10,6 +10,8 @@ use std::sync::Arc;
 
 /// Decodes poses of one scene, for [`Decoded`].
 ///
+/// Made where a scene with an anchor cloud is loaded; a background worker owns it, or the thread that renders offline.
+///
 /// Masks become the direct sound as they are, with negative ones silent. The time filter's taps act on magnitudes, those of the
 /// stream on energies: each gain is chosen so that a steady sound that stops dies away as the magnitudes would (Schroeder 1965,
 /// interrupted noise), `g_l^2 = T_l^2 - T_(l+1)^2` with `T_l` the sum of the taps from lag l on, times the band's mixture mask.
@@ -114,6 +116,8 @@ impl CloudDecoder {
 }
 
 /// Decodes on the thread that asks: offline, and where the time it takes does not matter.
+///
+/// Made by the player, the web engine and tests; it lives on the thread that renders.
 pub struct InlineWorker {
     decoder: CloudDecoder,
     answer: Decoded,

@@ -44,6 +44,8 @@ pub enum Facing {
 }
 
 /// Nodes of a [`Field`]: listener position by direction.
+///
+/// Read from a scene file or laid out by the baker; lives in a [`Field`], immutable.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FieldGrid {
     /// Listener positions, metres, along x, y and z.
@@ -176,6 +178,9 @@ fn add_corners(lines: &[Option<Line>; MOST_AXES], curved: Option<usize>, weight:
 /// Decoder that interpolates baked transfer functions: linearly along each axis with [`Facing::Emitter`]; with [`Facing::Head`]
 /// by a cubic along each axis with the others linear, added up, less the linear parts that are counted too often. The error of
 /// that is of fourth order like the full product of cubics', at a fifth of the nodes (Gordon 1971, blending-function methods).
+///
+/// Read from a scene file or made by the baker; the [`Scene`](crate::Scene) shares it between renderers, whose audio threads
+/// look poses up in it.
 ///
 /// With [`Facing::Emitter`] the direct sound's masks are stored for a distance of 1 m and fall with distance (ISO 9613-2,
 /// geometrical divergence); time filters and late part stay. A listener outside the nodes hears the nearest ones, in the true

@@ -6,6 +6,9 @@ use crate::published::StreamTaps;
 use crate::{LiveParams, Pose, Scene, TransferFunction};
 
 /// What a live decoder makes of one pose.
+///
+/// Filled by a [`DecodeWorker`] in the background, taken by the renderer on the audio thread, and handed back to be filled
+/// again.
 #[derive(Clone, Debug)]
 pub struct Decoded {
     /// Masks and time filters for the streaming head.
@@ -64,6 +67,8 @@ impl Decoded {
 }
 
 /// What the published render head takes for one listener.
+///
+/// Part of a [`Decoded`], and goes between the worker and the audio thread with it.
 #[derive(Clone, Debug)]
 pub struct PublishedFrame {
     /// Mixture mask per bin, linear gain, of either sign.

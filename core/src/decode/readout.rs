@@ -11,6 +11,8 @@ pub const MAX_LOG_COEFFICIENT: f32 = 6.0;
 
 /// Turns what a network of [`crate::network::CloudKind::Taps`] predicts per query frequency into a transfer function.
 ///
+/// Made with its scene off the audio thread; a live decoder and the trainer use it, unchanged.
+///
 /// - Masks become the direct sound, linear in Hz between queries; a negative mixture mask is silent.
 /// - Taps: of an ear, in band b, at hop l, `g = sum_r c_r[b] S_r[l][b]`: shapes `S` that the scene's poses share, the last hop
 ///   being the late part's level, and coefficients `c = exp(W e + w)` of the query's embedding `e`, averaged over the queries

@@ -78,6 +78,8 @@ pub struct ClipRenderInput {
 /// Renders clips with one transfer function each, as [`crate::Renderer`] does for a listener who rests, at the scene's own
 /// rate.
 ///
+/// The trainer makes one for each of its threads; it is not for the audio thread.
+///
 /// What is rendered is linear in masks, taps and late gains; [`Self::adjoint`] gives its derivative by all of them.
 pub struct ClipRender {
     arch: Arch,

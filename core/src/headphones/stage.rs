@@ -10,6 +10,8 @@ const CHUNK: usize = 64;
 
 /// The last stage of a stream: a filter that may be put in, exchanged or taken out at any time without a click.
 ///
+/// The last object of an instance on its audio thread, made and dropped with it.
+///
 /// What is heard fades to what is not filtered, and from there to the new filter. Without a filter, samples stay bit for bit as
 /// they are.
 #[derive(Default)]

@@ -185,6 +185,8 @@ pub enum CloudError {
 }
 
 /// AV-Cloud's weights for one scene with its anchors: immutable, finite, of shapes that fit.
+///
+/// Read from a scene file, imported from a checkpoint or made by the trainer; then shared by reference count between threads.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CloudModel {
     parts: CloudParts,

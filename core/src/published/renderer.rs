@@ -13,6 +13,8 @@ use std::ops::RangeInclusive;
 
 /// Renders a clip of as many frames as the model was trained on, one listener for all of it.
 ///
+/// Made by the offline player for one clip; it is not for the audio thread.
+///
 /// The magnitudes of the source times the mixture mask go through the time filter; convolution layers over frequency and time
 /// add to the masked magnitudes of each ear, which take the source's phase. Without convolution layers the time filter's output
 /// is added itself; a model without time filters is rendered as if their output were zero, in clips of a second.

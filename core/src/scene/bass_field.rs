@@ -11,6 +11,8 @@ const BEYOND_M: f32 = 0.6;
 /// What a listener hears below a crossover: the pressure at places and its slopes, from which both ears of a head that turns
 /// and what lies between places follow.
 ///
+/// Made by a simulation or the baker, or read from a scene file; a part of its scene, immutable, which the audio thread reads.
+///
 /// The dry sound is split in two by a crossover of eighth order after Linkwitz and Riley, whose halves add up to an all-pass.
 /// What a scene has otherwise hears the upper half alone, its noise as loud as [`noise_share`] says, and the lower is heard of
 /// this, with its direct sound of `direct` over the distance; responses have the rest. Samples are of what the emitter's

@@ -31,6 +31,9 @@ impl ImageSource {
 
 /// Early reflections with a place of their own: each is heard from its image's direction, after its distance, and keeps its
 /// place while the listener walks and turns.
+///
+/// Made by a simulation, a drawn room or the baker, or read from a scene file; a part of its scene, immutable, which the audio
+/// thread reads.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ImageSources {
     /// Images, without the emitter itself where the field has it, the most important first: tier Draft plays the first of them

@@ -24,6 +24,8 @@ pub struct Site {
 
 /// Binaural responses of a room, which carry its time filters instead of noise, and where each was measured.
 ///
+/// Made by the baker or read from a scene file; a part of its scene, immutable, which the audio thread reads.
+///
 /// Each is cut into hops, the first from a quarter of a hop before the sound's arrival at the head's centre on, and is without
 /// what the direct sound's filter plays at its site. The filters of a pose are the hops of the responses measured around it,
 /// mixed, with the energy of their mean in every band; at a site its own response alone.

@@ -62,6 +62,8 @@ pub struct Provenance {
 }
 
 /// An anchor cloud with its decoder, as a stream plays it.
+///
+/// A part of a scene; a live decoder is made of it, off the audio thread.
 #[derive(Clone, Debug, PartialEq)]
 pub struct AnchorCloud {
     /// The learned weights.
@@ -94,6 +96,9 @@ pub struct MeasuredHead {
 }
 
 /// All parts of a [`Scene`].
+///
+/// Filled by whoever makes a scene (baker, simulation, trainer, reader of files), off the audio thread, and used up by
+/// [`Scene::new`](crate::Scene::new).
 #[derive(Clone, Debug, PartialEq)]
 pub struct SceneParts {
     /// Where it comes from.

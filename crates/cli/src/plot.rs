@@ -149,7 +149,7 @@ pub(crate) fn png([width, height]: [u32; 2], pixels: &[u8]) -> Result<Vec<u8>> {
     Ok(file)
 }
 
-/// A picture of numbers with a legend on its right, as PNG. Its colours reach from the least number to the greatest unless told.
+/// A picture of numbers with a legend on its right, as PNG. Colours reach from the least number to the greatest unless told.
 pub(crate) fn picture_png([width, height]: [usize; 2], numbers: &[f32], range: Option<[f64; 2]>) -> Result<Vec<u8>> {
     let size = (u32::try_from(width)? + plan::AROUND[1], u32::try_from(height)?.max(LEAST_LEGEND));
     png_of(size, |area| plan::picture(area, width, numbers, range))

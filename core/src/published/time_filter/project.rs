@@ -56,6 +56,8 @@ impl Projection {
 }
 
 /// Makes [`StreamTaps`] for one listener after the other.
+///
+/// Made with a live decoder and owned by it, on the decoding thread.
 pub struct TapProjector {
     arch: Arch,
     bands: usize,
