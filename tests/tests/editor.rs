@@ -429,14 +429,14 @@ fn undo_survives_the_closing_of_the_window<H: Host>() {
     host.set("yaw", 0.5);
     (0..20).for_each(|_| play(&mut host, &input));
     let before = host.value("x");
-    screen.point(x, y);
-    screen.press(1, true);
-    for step in 1..=20_i16 {
-        screen.point(x + step, y + 3 * step);
-        play(&mut host, &input);
-    }
-    screen.press(1, false);
-    let moved = wait_until(PATIENCE, || {
+    let moved = wait_until(GREAT_PATIENCE, || {
+        screen.point(x, y);
+        screen.press(1, true);
+        for step in 1..=20_i16 {
+            screen.point(x + step, y + 3 * step);
+            play(&mut host, &input);
+        }
+        screen.press(1, false);
         (0..40).for_each(|_| play(&mut host, &input));
         (host.value("x") - before).abs() > 1e-3
     });
@@ -445,7 +445,7 @@ fn undo_survives_the_closing_of_the_window<H: Host>() {
     open(&mut host, &screen, 1.0);
     drawn(&mut host, &screen);
     screen.point(600, 300);
-    let undone = wait_until(PATIENCE, || {
+    let undone = wait_until(GREAT_PATIENCE, || {
         screen.chord(&UNDO);
         (0..20).for_each(|_| play(&mut host, &input));
         (host.value("x") - before).abs() < 1e-6
