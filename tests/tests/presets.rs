@@ -9,7 +9,7 @@ use serde_json::{Value, json};
 use std::fs;
 use std::path::{Path, PathBuf};
 
-in_both_formats!(a_preset_keeps_its_pose_where_the_host_had_chosen_a_scene, a_preset_without_its_place_is_as_loud_as_the_place,);
+in_both_formats!(a_preset_keeps_its_pose_where_the_host_had_chosen_a_scene, a_preset_without_its_place_is_as_loud);
 
 const PRESETS: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../presets");
 
@@ -182,7 +182,7 @@ fn preset(like: &[u8], state: &Value) -> Vec<u8> {
 }
 
 /// As where only the plugin's file was copied. The dry studio is built in.
-fn a_preset_without_its_place_is_as_loud_as_the_place<H: Host>() {
+fn a_preset_without_its_place_is_as_loud<H: Host>() {
     in_library(
         |_| (),
         |_| {

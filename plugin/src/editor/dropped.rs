@@ -1,8 +1,8 @@
 //! Files that are dropped onto the window: scenes, heads, headphones, camera paths and presets.
 //!
-//! The window library is told of them, and its toolkit drops them. On X11 a window may name another in its place as the one that
-//! dragged files are offered to ("Drag-and-Drop Protocol for the X Window System", version 5, "XdndProxy"), which is done here.
-//! On other systems nothing can be dropped.
+//! The window library is told of them, and its toolkit drops them. On X11 a window may name another in its place as the one
+//! that dragged files are offered to ("Drag-and-Drop Protocol for the X Window System", version 5, "XdndProxy"), which is done
+//! here. On other systems nothing can be dropped.
 
 use super::ctx::Ctx;
 use super::path_panel;

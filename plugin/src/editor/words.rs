@@ -45,7 +45,8 @@ table! {
         /// View.
         NoMap = ("No map", "Shows the plan without colours"),
         /// View.
-        LevelMap = ("Level", "Colours the plan by how loud the source is there, at 500 Hz and 1 kHz, dB over its direct sound at 1 m"),
+        LevelMap = ("Level", "Colours the plan by how loud the source is there, at 500 Hz and 1 kHz, dB over its \
+        direct sound at 1 m"),
         /// View.
         Fit = ("Fit", "Shows everything (F, or a double click beside the listener)"),
         /// Right.
@@ -70,8 +71,8 @@ table! {
         /// The sound panel.
         NoHeadphones = ("None", "What is heard goes out as it is"),
         /// Right.
-        Source = ("Source", "How far the source is moved from its place in the scene, and where you hear it from; with several, a \
-            click in the view chooses one"),
+        Source = ("Source", "How far the source is moved from its place in the scene, and where you hear it from; \
+        with several, a click in the view chooses one"),
         /// Right.
         SourcePath = ("Choose", "Takes a file of a path for the source, as of a camera or an ADM object: one to choose, or the \
             one that is named beside. It is followed as Follow Path above says, and the project keeps it"),
@@ -124,10 +125,11 @@ table! {
         /// Drawer.
         DirectSound = ("Direct sound", "What both ears hear of the sound that comes straight from the source"),
         /// Direct sound.
-        Azimuth = ("Azimuth", "Direction of the source from the nose, positive to the left; drag or type, and the host writes the \
-            source's x and y"),
+        Azimuth = ("Azimuth", "Direction of the source from the nose, positive to the left; drag or type, and the \
+        host writes the source's x and y"),
         /// Direct sound.
-        Elevation = ("Elevation", "Angle of the source above the head's level; drag or type, and the host writes the source's place"),
+        Elevation = ("Elevation", "Angle of the source above the head's level; drag or type, and the host writes \
+        the source's place"),
         /// Direct sound.
         Distance = ("Distance", "Metres from the head to the source; drag or type, and the host writes the source's place"),
         /// Direct sound.

@@ -96,7 +96,7 @@ impl Default for Member {
 }
 
 impl Member {
-    /// Takes or leaves the lead of the group of a key. Returns whether this instance leads it; another that came first keeps it.
+    /// Takes or leaves the lead of the group of a key. Returns whether this instance leads it; an earlier one keeps it.
     ///
     /// # Real-time
     /// Audio thread; no allocation, lock or I/O.
@@ -148,7 +148,8 @@ impl Member {
         group.count.store(count + 1, Ordering::Release);
     }
 
-    /// Prepares to follow the group of a key through a block that ends at `end_s`, seconds; `moved` when the transport was moved to it.
+    /// Prepares to follow the group of a key through a block that ends at `end_s`, seconds;
+    /// `moved` when the transport was moved to it.
     ///
     /// # Real-time
     /// Audio thread; no allocation, lock or I/O.

@@ -6,11 +6,11 @@ mod worn;
 
 use self::scenes::Served;
 use crate::library::LoadError;
+use crate::listener::leader::Leader;
 use crate::parameter::Parameter;
 use crate::parameter::cast::{index, narrow};
 use crate::playing::output::{Output, Pairs};
 use crate::project::exchange::{Choices, Exchange};
-use crate::project::leader::Leader;
 use crate::project::params::PromenadeParams;
 use crate::project::source_walks::{SavedSourceWalks, SourceWalks};
 use crate::project::walk::{SavedWalk, Walk};
@@ -135,9 +135,9 @@ impl Loader {
         loader.params.headphones.on_restore(&loader, Self::restored_headphones);
         loader.params.saved_walk.on_restore(&loader, Self::refresh_walk);
         loader.params.source_walks.on_restore(&loader, Self::refresh_source_walks);
-        loader.params.leader.0.on_restore(&loader, |loader| {
-            let saved = loader.params.leader.0.get().0;
-            drop(loader.leaders.force_push(saved.map(|saved| saved.ready())));
+        loader.params.leader.saved.on_restore(&loader, |loader| {
+            let saved = loader.params.leader.saved.get().0;
+            drop(loader.leaders.force_push(saved.map(|saved| Arc::new(Leader::from(&saved)))));
         });
         loader
     }

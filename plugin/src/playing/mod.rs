@@ -15,11 +15,11 @@ pub mod shared_worker;
 mod sources_tests;
 mod start_pose;
 
+use crate::listener::leader::Leader;
 use crate::playing::gap::Gap;
 use crate::playing::loader::{Loader, Prepared, Retired};
 use crate::playing::output::{Output, Pairs};
 use crate::project::exchange::Choices;
-use crate::project::leader::Leader;
 use crate::project::source_walks::SourceWalks;
 use crate::project::walk::Walk;
 use crate::worker::{LOADER, TaskHandle};

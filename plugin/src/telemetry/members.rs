@@ -4,7 +4,7 @@ use crate::budget::{Account, Grant};
 use crate::parameter::Parameter;
 use crate::parameter::cast::index;
 use crate::parameter::choices::GroupChoice;
-use crate::project::leader::{GroupLeader, SavedLeader};
+use crate::project::leader::{MOVING, SavedLeader};
 use crate::project::params::PromenadeParams;
 use crate::telemetry::host_side::{HostSide, Track};
 use crate::worker::lock::lock;
@@ -35,6 +35,10 @@ pub fn join(params: &Arc<PromenadeParams>, side: &Arc<HostSide>, account: &Arc<A
     all.retain(|known| known.params.strong_count() > 0);
     if !all.iter().any(|known| std::ptr::eq(known.params.as_ptr(), Arc::as_ptr(params))) {
         let (params, side) = (Arc::downgrade(params), Arc::downgrade(side));
+        if let Some(of) = params.upgrade() {
+            let theirs = params.clone();
+            of.leader.find_by(move || theirs.upgrade().and_then(|params| leader_of(&params)));
+        }
         all.push(Known { params, side, account: Arc::downgrade(account) });
     }
 }
@@ -66,14 +70,14 @@ fn group_of(params: &PromenadeParams) -> Option<u64> {
     group.map(|number| params.project.group(number))
 }
 
-/// What moves the leader of the group whose follower has this field; none where the instance leads, or follows nobody here.
-#[must_use]
-pub fn leader_of(field: &GroupLeader) -> Option<Option<SavedLeader>> {
+/// What moves the leader that an instance follows; none where it leads or is in no group, nothing without a leader here.
+fn leader_of(of: &PromenadeParams) -> Option<Option<SavedLeader>> {
     let all: Vec<_> = lock(&ALL).iter().filter_map(|known| known.params.upgrade()).collect();
     let leads = |params: &PromenadeParams| params.heard(Parameter::Lead) > 0.5;
-    let of = all.iter().find(|params| std::ptr::eq(&params.leader, field))?;
     let Some(group) = group_of(of).filter(|_| !leads(of)) else { return Some(None) };
-    all.iter().find(|other| leads(other) && group_of(other) == Some(group)).map(|leader| Some(SavedLeader::of(leader)))
+    let leader = all.iter().find(|other| leads(other) && group_of(other) == Some(group))?;
+    let values = MOVING.map(|parameter| leader.heard(parameter));
+    Some(Some(SavedLeader { values, walk: leader.saved_walk.get().0 }))
 }
 
 /// The instances of a group by its key, in the order in which they came.
@@ -88,6 +92,7 @@ pub fn of_group(key: u64) -> Vec<Member> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use nice_plug::params::persist::PersistentField;
 
     #[test]
     fn a_group_lists_its_instances_as_long_as_they_live() {
@@ -106,9 +111,9 @@ mod tests {
         let names = || of_group(key).into_iter().map(|m| (m.track.name, m.leads)).collect::<Vec<_>>();
         assert_eq!(names(), [("Violin".to_owned(), false), ("Choir".to_owned(), true)]);
         second.0.remote.set(Parameter::X, 2.5, 0.0);
-        assert_eq!(leader_of(&second.0.leader), Some(None), "who leads follows nobody");
-        let saved = leader_of(&first.0.leader).flatten().unwrap();
-        assert_eq!((saved.ready().sources.knobs.position.x, &saved), (2.5, &SavedLeader::of(&second.0)));
+        let found = |params: &PromenadeParams| params.leader.map(Clone::clone);
+        assert_eq!(found(&second.0), None, "who leads follows nobody");
+        assert_eq!(found(&first.0).map(|leader| leader.values[0]), Some(2.5));
         drop(first);
         assert_eq!(names(), [("Choir".to_owned(), true)]);
         drop(second);
