@@ -32,7 +32,7 @@ The listener
   --head FILE               hears with the head of a SOFA file
   --headphones FILE         what they need: a text by AutoEq or a SOFA file
 The sources
-  --further X,Y,Z=SOUND     a further sound in the same room, up to 63 times; PATH=SOUND moves it
+  --further X,Y,Z@DB=SOUND  a further sound in the same room, at a level; PATH=SOUND moves it
   --emitter X,Y,Z           where DRY comes from, in scenes trained with several emitters
   --stereo-spread DEG       angle between emitters of left and right [one for their mean]
 The sound

@@ -32,7 +32,8 @@ pub(super) struct Options {
     pub(super) head: Option<PathBuf>,
     pub(super) headphones: Option<PathBuf>,
     pub(super) emitter: Option<Vec3>,
-    pub(super) sources: Vec<(Place, PathBuf)>,
+    /// Further sounds with their places and gains.
+    pub(super) sources: Vec<(Place, f32, PathBuf)>,
     pub(super) tier: Option<Playing>,
     pub(super) decode_rate_hz: Option<f32>,
     pub(super) latency: Latency,
@@ -174,11 +175,13 @@ fn is_ambix(text: &str) -> Result<bool, String> {
     }
 }
 
-/// Parses `X,Y,Z=SOUND` or `PATH=SOUND`.
-fn source(text: &str) -> Result<(Place, PathBuf), String> {
+/// Parses `X,Y,Z=SOUND` or `PATH=SOUND`, the former part with `@DB` where the sound has another level.
+fn source(text: &str) -> Result<(Place, f32, PathBuf), String> {
     let (place, sound) =
         text.split_once('=').ok_or("expected X,Y,Z=SOUND or PATH=SOUND (the place of DRY is --emitter X,Y,Z)")?;
-    Ok((point(place).map_or_else(|_| Place::Path(place.into()), Place::Point), sound.into()))
+    let levelled = place.rsplit_once('@').and_then(|(place, db)| Some((place, level(db).ok()?)));
+    let (place, gain) = levelled.unwrap_or((place, 1.0));
+    Ok((point(place).map_or_else(|_| Place::Path(place.into()), Place::Point), gain, sound.into()))
 }
 
 /// Parses a level in dB; the gain comes back.
@@ -202,7 +205,10 @@ mod tests {
         let options = parsed("--gain -3 a --late -120 b --path p --speed -2 --loop c --source -1,0,0=d").unwrap().unwrap();
         assert_eq!((options.gain_db, options.speed, options.looping), (-3.0, Some(-2.0), true));
         assert_eq!(options.files, ["a", "b", "c"].map(PathBuf::from));
-        assert_eq!(options.sources, [(Place::Point(Vec3::NEG_X), "d".into())]);
+        assert_eq!(options.sources, [(Place::Point(Vec3::NEG_X), 1.0, "d".into())]);
+        let options = parsed("a b c --source 0,1,0@-20=d --source a@b.csv=e").unwrap().unwrap();
+        let placed = [(Place::Point(Vec3::Y), 0.1, "d".into()), (Place::Path("a@b.csv".into()), 1.0, "e".into())];
+        assert_eq!(options.sources, placed);
         assert!((options.trim.late - 1e-6).abs() < 1e-9 && options.trim.direct == 1.0);
         assert_eq!(options.path, Some("p".into()));
         assert_eq!(parsed("a b c --wet-solo --direct 3").unwrap().unwrap().trim.direct, 0.0);

@@ -9,7 +9,7 @@ use promenade_audio::FileError;
 use promenade_core::glam::Vec3;
 use promenade_core::{CameraPath, LiveParams, Playback, Pose, Scene};
 use promenade_paths::ImportOptions;
-use std::path::Path;
+use std::path::PathBuf;
 use std::sync::Arc;
 
 /// Farther than this outside of a small scene, metres, or than half of its diagonal, is far.
@@ -83,7 +83,7 @@ pub(super) fn player(options: &Options, scene: &Arc<Scene>, source: &Source) -> 
         return Err(FileError::content(&options.files[1], expected, source.channels().to_string()));
     }
     let rate_hz = source.sample_rate_hz();
-    let voices = options.sources.iter().map(|(place, sound)| voice(place, sound, scene, rate_hz)).collect::<Result<_, _>>()?;
+    let voices = options.sources.iter().map(|source| voice(source, scene, rate_hz)).collect::<Result<_, _>>()?;
     let player = Player::at_latency(scene, f64::from(rate_hz), options.tier, options.latency)
         .and_then(|player| {
             let rate_hz = options.decode_rate_hz.unwrap_or(LiveParams::default().rate_hz);
@@ -98,19 +98,20 @@ pub(super) fn player(options: &Options, scene: &Arc<Scene>, source: &Source) -> 
 }
 
 /// A further sound at a sample rate, Hz.
-fn voice(place: &Place, sound: &Path, scene: &Scene, rate_hz: u32) -> Result<Voice, PlayerError> {
+fn voice((place, gain, sound): &(Place, f32, PathBuf), scene: &Scene, rate_hz: u32) -> Result<Voice, PlayerError> {
     let expected = "a scene that knows where its emitter is";
     let emitter = scene.emitter().ok_or_else(|| PlayerError::argument("--further", expected, "one that does not"))?;
     let sound = Source::open(sound, Some(rate_hz))?;
-    match place {
+    let voice = match place {
         Place::Point(point) => {
             let offset = *point - emitter;
-            Ok(Voice::new(sound, move |_| offset))
+            Voice::new(sound, move |_| offset)
         }
         Place::Path(file) => {
             let imported = read_path(file, &ImportOptions::default())?;
             terminal::notes(&imported.notes);
-            Ok(Voice::new(sound, move |seconds| imported.path.pose_at(seconds).position - emitter))
+            Voice::new(sound, move |seconds| imported.path.pose_at(seconds).position - emitter)
         }
-    }
+    };
+    Ok(voice.with_level(*gain))
 }

@@ -13,6 +13,7 @@ pub struct Voice {
     sound: Source,
     /// How far it is from the scene's emitter, metres, at seconds from the sound's start.
     offset_at: Box<dyn Fn(f64) -> Vec3 + Send>,
+    level: f32,
     channels: Vec<Vec<f32>>,
     mono: Vec<f32>,
 }
@@ -22,7 +23,19 @@ impl Voice {
     /// it is from the scene's emitter, metres.
     #[must_use]
     pub fn new(sound: Source, offset_at: impl Fn(f64) -> Vec3 + Send + 'static) -> Self {
-        Self { channels: vec![Vec::new(); sound.channels()], sound, offset_at: Box::new(offset_at), mono: Vec::new() }
+        Self {
+            level: 1.0,
+            channels: vec![Vec::new(); sound.channels()],
+            sound,
+            offset_at: Box::new(offset_at),
+            mono: Vec::new(),
+        }
+    }
+
+    /// Sets the gain of its sound, linear.
+    #[must_use]
+    pub fn with_level(self, level: f32) -> Self {
+        Self { level, ..self }
     }
 
     /// Samples per second.
@@ -42,13 +55,14 @@ impl Voice {
         self.mono.extend(mono(&self.channels));
         for ear in waiting {
             let from = ear.len() - count;
-            ear.range_mut(from..).zip(&self.mono).for_each(|(ear, x)| *ear += x);
+            ear.range_mut(from..).zip(&self.mono).for_each(|(ear, x)| *ear += self.level * x);
         }
         Ok(())
     }
 
     /// What it plays of the samples that were taken, from one of them on, and where at so many seconds.
     pub(super) fn playing(&self, from: usize, seconds: f64) -> promenade_core::Voice<'_> {
-        promenade_core::Voice::at(&self.mono[from.min(self.mono.len())..], (self.offset_at)(seconds))
+        let input = &self.mono[from.min(self.mono.len())..];
+        promenade_core::Voice { level: self.level, ..promenade_core::Voice::at(input, (self.offset_at)(seconds)) }
     }
 }
