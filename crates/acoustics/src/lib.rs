@@ -28,7 +28,7 @@ mod room;
 pub use diffraction::{DiffractedImages, DiffractionPath, Edges};
 pub use directivity::lattice::fibonacci;
 #[cfg(feature = "meshes")]
-pub use directivity::source::{Directivity, Residual, Source};
+pub use directivity::source::{Directivity, Source};
 pub use error::AcousticsError;
 pub use images::image::{Image, MAX_ORDER, Reflected};
 #[cfg(feature = "meshes")]

@@ -43,7 +43,7 @@ fn the_direct_path_is_the_line_between() {
 fn images_have_what_the_source_sends_their_way() {
     let room = room(&shoebox(0.0, 0.0).mesh().unwrap(), 0.3);
     let directivity = Directivity::first_order(0.5).turned(0.7, -0.4);
-    let source = Source { position: SOURCE, directivity: directivity.clone(), residual: None };
+    let source = Source { position: SOURCE, directivity: directivity.clone() };
     let [all, same] = [source, SOURCE.into()].map(|source: Source| {
         let images = Images::new(&room, source, &ImageOptions { order: 2, ..ImageOptions::default() }).unwrap();
         images.seen_from(&room, LISTENERS[0], Reflected::Whole).unwrap()

@@ -40,7 +40,7 @@ fn walls_that_absorb_nothing_keep_all_energy() {
 #[test]
 fn a_cardioid_sends_a_third_of_the_energy_into_the_room() {
     let room = room(0.1, 0.5);
-    let cardioid = Source { position: SOURCE, directivity: Directivity::first_order(0.5).turned(1.0, 0.3), residual: None };
+    let cardioid = Source { position: SOURCE, directivity: Directivity::first_order(0.5).turned(1.0, 0.3) };
     let of = |source: &Source| late_field(&room, source, &LISTENERS, &alone(16_384, 1.0), |_| ()).unwrap();
     let (directive, omni) = (of(&cardioid), of(&SOURCE.into()));
     let energy = |field: &LateField| -> f64 {

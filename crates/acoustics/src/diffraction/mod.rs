@@ -103,7 +103,7 @@ impl Edges {
         source: impl Into<Source>,
         listener: [f64; 3],
     ) -> Result<Vec<DiffractionPath>, AcousticsError> {
-        let Source { position, directivity, .. } = source.into();
+        let Source { position, directivity } = source.into();
         let (source, listener) = (place("source", position)?, place("listener", listener)?);
         let path = |edge: &Edge| {
             let at = edge.passed(End::at(source), End::at(listener)).filter(|pass| pass.hidden)?.at;
@@ -137,7 +137,7 @@ impl Edges {
         source: impl Into<Source>,
         listener: [f64; 3],
     ) -> Result<Vec<DiffractionPath>, AcousticsError> {
-        let Source { position, directivity, .. } = source.into();
+        let Source { position, directivity } = source.into();
         let (source, listener) = (place("source", position)?, place("listener", listener)?);
         let path = |(edge, at): (&Edge, DVec3)| {
             edge.path([source, at, listener], 0.0, directivity.towards((listener - source).to_array()), true)

@@ -31,7 +31,7 @@ impl Edges {
         source: impl Into<Source>,
         listener: [f64; 3],
     ) -> Result<Vec<DiffractionPath>, AcousticsError> {
-        let Source { position, directivity, .. } = source.into();
+        let Source { position, directivity } = source.into();
         let (source, listener) = (place("source", position)?, place("listener", listener)?);
         let mut found = Vec::new();
         if self.all.len() > MOST_IN_PAIRS {

@@ -3,7 +3,6 @@
 use crate::directivity::lattice::direction;
 use crate::error::AcousticsError;
 use crate::octave::{BANDS, Octaves};
-use crate::rays::echogram::LANES;
 use glam::{DQuat, DVec3};
 
 /// Nodes of a directivity, and how soon a node's share falls off beside it: with the angle's cosine `c` it is `exp(8 (c - 1))`
@@ -24,34 +23,12 @@ pub struct Source {
     pub position: [f64; 3],
     /// What it sends where.
     pub directivity: Directivity,
-    /// What a fit has found beside that, where there was one.
-    pub residual: Option<Residual>,
-}
-
-/// What measurements of a source in a room have beside what its walls say, relative to the direct sound: energies in octaves from
-/// 125 Hz, then at 63 Hz.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Residual {
-    /// Of images over what walls leave of them.
-    pub images: [f32; LANES],
-    /// Of diffuse sound over that of rays, in steps of [`Residual::STEP_S`] since the direct sound; the last one holds.
-    pub diffuse: Vec<[f32; LANES]>,
-}
-
-impl Residual {
-    /// Seconds between two values of diffuse sound.
-    pub const STEP_S: f64 = 0.004;
-
-    /// Energy of diffuse sound over that of rays some seconds after the direct sound.
-    pub(crate) fn diffuse_at(&self, lane: usize, since_s: f64) -> f32 {
-        self.diffuse.get((since_s.max(0.0) / Self::STEP_S) as usize).or(self.diffuse.last()).map_or(1.0, |step| step[lane])
-    }
 }
 
 impl From<[f64; 3]> for Source {
     /// A source that sends the same in all directions.
     fn from(position: [f64; 3]) -> Self {
-        Self { position, directivity: Directivity::default(), residual: None }
+        Self { position, directivity: Directivity::default() }
     }
 }
 

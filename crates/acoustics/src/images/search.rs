@@ -13,7 +13,6 @@ use crate::error::{AcousticsError, place};
 use crate::images::image::{Image, MAX_ORDER, Reflected};
 use crate::images::shoebox::Shoebox;
 use crate::octave::{BANDS, LOW_HZ, OCTAVES_HZ, Octaves};
-use crate::rays::echogram::LANES;
 use crate::room::Room;
 use crate::room::ray::Ray;
 use glam::DVec3;
@@ -40,8 +39,6 @@ impl Default for ImageOptions {
 pub struct Images {
     source: DVec3,
     directivity: Directivity,
-    /// Amplitudes of reflections over what walls leave, octaves from 125 Hz, then 63 Hz.
-    residual: Option<[f32; LANES]>,
     order: u32,
     all: Candidates,
     /// Of each plane, as [`Room::facets`] has them.
@@ -57,7 +54,7 @@ impl Images {
     /// # Errors
     /// A source that is not finite, an order or a number of beams out of range.
     pub fn new(room: &Room, source: impl Into<Source>, options: &ImageOptions) -> Result<Self, AcousticsError> {
-        let Source { position, directivity, residual } = source.into();
+        let Source { position, directivity } = source.into();
         let source = place("source", position)?;
         if options.order > MAX_ORDER {
             return Err(AcousticsError::argument("order of images", format!("at most {MAX_ORDER}"), options.order));
@@ -68,8 +65,7 @@ impl Images {
         let mut tree = Tree::new(source);
         tree.grow_exactly(room, options.exact_order.min(options.order));
         let all = Candidates::distinct(tree.grow_along(room, options.order, options.beams));
-        let residual = residual.map(|residual| residual.images.map(f32::sqrt));
-        Ok(Self { source, directivity, residual, order: options.order, all, facets: room.facets() })
+        Ok(Self { source, directivity, order: options.order, all, facets: room.facets() })
     }
 
     /// Those of a source in a box, which are known without a search. Whoever is in the box sees them.
@@ -77,13 +73,12 @@ impl Images {
     /// # Errors
     /// A source that is not in the box, or an order above [`MAX_ORDER`].
     pub fn of_box(walls: &Shoebox, source: impl Into<Source>, order: u32) -> Result<Self, AcousticsError> {
-        let Source { position, directivity, residual } = source.into();
+        let Source { position, directivity } = source.into();
         let images = walls.images(position, order, Reflected::Whole)?.into_iter();
         let seen = |i: Image| Candidate { position: i.position.into(), order: i.order, cone: Cone::EVERYWHERE };
         Ok(Self {
             source: position.into(),
             directivity,
-            residual: residual.map(|residual| residual.images.map(f32::sqrt)),
             order,
             all: Candidates::distinct(images.map(seen).collect()),
             facets: Vec::new(),
@@ -196,12 +191,6 @@ impl Images {
                     octaves.iter_mut().zip(held).for_each(|(gain, held)| *gain *= held);
                 }
                 gain_63 *= held[BANDS];
-            }
-            if let Some(residual) = self.residual.filter(|_| candidate.order > 0) {
-                for octaves in [&mut left, &mut directivity] {
-                    octaves.iter_mut().zip(residual).for_each(|(gain, more)| *gain *= more);
-                }
-                gain_63 *= residual[BANDS];
             }
             let faces = met.iter().rev().map(|(face, _)| room.triangle(*face)).collect();
             seen.push(Image {

@@ -6,7 +6,7 @@
 
 use super::listeners::Listeners;
 use crate::directivity::lattice::direction;
-use crate::directivity::source::{Directivity, Residual, Source};
+use crate::directivity::source::{Directivity, Source};
 use crate::error::{AcousticsError, place};
 use crate::images::search::Images;
 use crate::materials::air::{Air, speed_m_s};
@@ -183,7 +183,6 @@ struct Tracer<'a> {
     room: &'a Room,
     source: DVec3,
     directivity: &'a Directivity,
-    residual: Option<&'a Residual>,
     listeners: &'a Listeners,
     surfaces: Vec<Surface>,
     options: &'a RayOptions<'a>,
@@ -245,24 +244,17 @@ impl Sum {
     fn finish(self, tracer: &Tracer<'_>) -> LateField {
         let options = tracer.options;
         let decay = lanes_decay_per_m(options.air);
-        let speed = speed_m_s(options.air);
-        // What is left of energy by listener, bin and octave.
-        let left = |listener: usize| {
-            let direct_m = tracer.source.distance(tracer.listeners.place(listener));
-            move |bin: usize, band: usize| {
-                let way_m = (bin as f64 + 0.5) * options.bin_s * speed;
-                let air = (-decay[band] * way_m).exp() as f32;
-                tracer.residual.map_or(air, |residual| air * residual.diffuse_at(band, (way_m - direct_m) / speed))
-            }
+        let air = |bin: usize, band: usize| {
+            let way = (bin as f64 + 0.5) * options.bin_s * speed_m_s(options.air);
+            (-decay[band] * way).exp() as f32
         };
         let shares = |lanes: [f64; LANES]| std::array::from_fn(|b| (lanes[b] / self.emitted[b].max(f64::MIN_POSITIVE)) as f32);
         let walls = self.walls.max(1) as f64;
         let mean = self.way_m / walls;
-        let bins = self.bins.chunks(tracer.bins).enumerate();
-        let echograms: Vec<_> = bins.map(|(i, bins)| Echogram::new(options.bin_s, bins, left(i))).collect();
-        let halves = self.half.chunks(tracer.bins).enumerate().map(|(i, bins)| {
+        let echograms: Vec<_> = self.bins.chunks(tracer.bins).map(|bins| Echogram::new(options.bin_s, bins, air)).collect();
+        let halves = self.half.chunks(tracer.bins).map(|bins| {
             let bins: Vec<_> = bins.iter().map(Lanes::of_energy).collect();
-            Echogram::new(options.bin_s, &bins, left(i))
+            Echogram::new(options.bin_s, &bins, air)
         });
         LateField {
             t30_error: t30_error(echograms.iter().zip(halves)),
@@ -309,7 +301,6 @@ impl<'a> Tracer<'a> {
             room,
             source: place("source", source.position)?,
             directivity: &source.directivity,
-            residual: source.residual.as_ref(),
             listeners,
             surfaces: room.materials().iter().map(Surface::new).collect(),
             options,

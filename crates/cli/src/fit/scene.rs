@@ -7,7 +7,7 @@ use promenade_acoustics::{Material, Materials, Room, Source};
 use promenade_baker::geometry::{GeometryOptions, bake_geometry};
 use promenade_baker::simulation::{Hrtf, scene_spacing_m};
 use promenade_core::Scene;
-use promenade_fit::{FullFit, MaterialsBeside, Measurements, SourceBeside, full_mesh};
+use promenade_fit::{FullFit, MaterialsBeside, Measurements, full_mesh};
 use std::path::Path;
 
 /// Sample rate of a scene, hertz.
@@ -71,6 +71,6 @@ fn made(args: &FitArgs, hrtf: &Hrtf, fit: &FullFit, set: &Measurements, beside: 
         recipe: recipe(args, set),
     };
     let bar = report::Bar::new("baking the scene", 1.0);
-    let source = Source { position, directivity, residual: beside.source.as_ref().and_then(SourceBeside::residual) };
+    let source = Source { position, directivity };
     Ok(bake_geometry(&mesh, &room, &source, hrtf, &options, |share| bar.at(share))?)
 }

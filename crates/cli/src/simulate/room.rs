@@ -129,15 +129,15 @@ fn fitted(mesh: &Path) -> Result<Option<MaterialsBeside>> {
 /// The source: where it is, and what it sends where.
 pub(crate) fn source(args: &RoomArgs) -> Result<Source> {
     let position = args.source.as_dvec3().to_array();
-    let fitted = fitted(&args.mesh)?.and_then(|fitted| fitted.source);
-    let (directivity, facing) = match (&args.directivity, &fitted) {
-        (Some(file), _) => (stated(file)?, [0.0; 2]),
-        (None, Some(source)) => source.directivity(position)?,
-        (None, None) => (Directivity::default(), [0.0; 2]),
+    let (directivity, facing) = match &args.directivity {
+        Some(file) => (stated(file)?, [0.0; 2]),
+        None => match fitted(&args.mesh)?.and_then(|fitted| fitted.source) {
+            Some(source) => source.directivity(position)?,
+            None => (Directivity::default(), [0.0; 2]),
+        },
     };
-    let residual = fitted.and_then(|source| source.residual());
     let [yaw, pitch] = args.facing.unwrap_or(facing).map(f64::to_radians);
-    Ok(Source { position, directivity: directivity.turned(yaw, pitch), residual })
+    Ok(Source { position, directivity: directivity.turned(yaw, pitch) })
 }
 
 /// A pattern by its name, or the directivity of a file.

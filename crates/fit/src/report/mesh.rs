@@ -4,7 +4,7 @@ use crate::error::FitError;
 use crate::fits::FullFit;
 use crate::measurements::Measurements;
 use crate::room::{FlatRoom, Form, WALLS, Walls};
-use promenade_acoustics::{Directivity, Mesh, Octaves, Residual, fibonacci};
+use promenade_acoustics::{Directivity, Mesh, Octaves, fibonacci};
 use promenade_core::glam::{DMat3, DVec3};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -32,12 +32,6 @@ pub struct SourceBeside {
     pub faces_m: Option<[f64; 3]>,
     /// Directions in its own axes, x ahead and z up, and the amplitudes that it sends there by octave from 125 Hz.
     pub sends: Vec<([f64; 3], Octaves)>,
-    /// Energy of reflections over what walls leave of them, octaves from 63 Hz; none where it was not found.
-    #[serde(default)]
-    pub reflections: Vec<f32>,
-    /// The same of diffuse sound over that of rays, in steps of 4 ms since the direct sound: `[octave][step]`.
-    #[serde(default)]
-    pub diffuse: Vec<Vec<f32>>,
 }
 
 /// Directions in which a file states what a source sends.
@@ -59,31 +53,7 @@ impl SourceBeside {
         let sends = (0..DIRECTIONS).map(|i| if i == 0 { [1.0, 0.0, 0.0] } else { fibonacci(i, DIRECTIONS) });
         let sends = sends.map(|towards| (towards, directivity.towards(towards))).collect();
         let lines = set.all.iter().filter_map(|m| Some((DVec3::from(m.source.at_m), DVec3::from(m.source.facing?))));
-        // Beside the direct sound, which has a level of its own in a room that is simulated.
-        let beside = |octave: usize, energy: f64| (energy / fit.residual.direct[octave].max(1e-3)) as f32;
-        let reflections = fit.residual.images.iter().enumerate().map(|(octave, e)| beside(octave, *e)).collect();
-        let diffuse = fit.residual.diffuse.iter().enumerate();
-        Ok(Self {
-            faces_m: meeting(&lines.collect::<Vec<_>>()).map(|at| at.to_array()),
-            sends,
-            reflections,
-            diffuse: diffuse.map(|(octave, steps)| steps.iter().map(|e| beside(octave, *e)).collect()).collect(),
-        })
-    }
-
-    /// What reflections have beside what walls say, if that was found.
-    #[must_use]
-    pub fn residual(&self) -> Option<Residual> {
-        // Octaves that were not measured are as their neighbour is.
-        let octave = |lane: usize| (lane + 1) % 8;
-        let of = |values: &[f32], lane: usize| values.get(octave(lane)).or(values.last()).copied().unwrap_or(1.0);
-        let steps = self.diffuse.iter().map(Vec::len).max().unwrap_or(0);
-        let step = |step: usize| {
-            let values: Vec<f32> = self.diffuse.iter().map(|octave| octave.get(step).copied().unwrap_or(1.0)).collect();
-            std::array::from_fn(|lane| of(&values, lane))
-        };
-        let images = std::array::from_fn(|lane| of(&self.reflections, lane));
-        (!self.reflections.is_empty()).then(|| Residual { images, diffuse: (0..steps).map(step).collect() })
+        Ok(Self { faces_m: meeting(&lines.collect::<Vec<_>>()).map(|at| at.to_array()), sends })
     }
 
     /// What it sends where, and the yaw and the pitch in degrees that it faces from a place.
