@@ -249,6 +249,7 @@ const tests = {
       for (let i = 1; i < samples.length; i++) step = Math.max(step, Math.abs(samples[i] - samples[i - 1]));
       return { quietest: least, steepest: step, loudest: most, rate };
     });
+    for (let tries = 0; tries < 50 && before === (await where()); tries++) await page.waitForTimeout(100);
     await page.keyboard.up("ArrowUp");
     const slope = steepest / (loudest * Math.SQRT2 * 2 * Math.sin((Math.PI * 220) / rate));
     const gap = 20 * Math.log10(quietest / loudest);
