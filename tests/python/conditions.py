@@ -18,7 +18,6 @@ gain for the whole scene, that of the measured poses. Columns:
                    each other sounds fuse (Blauert 1997, summing localisation); a quarter of that is allowed
     itd       us   lag of the correlation below 1.5 kHz, first 10 ms
     direct    us   the same of the direct sound, first 2.5 ms
-    first     dB   level of the direct sound at each ear, first 2.5 ms
     ild       dB   thirds of octaves from 200 Hz, rms
     level     dB   thirds of octaves from 100 Hz, rms, both ears
     bass      dB   octaves at 125 and 250 Hz
@@ -49,7 +48,7 @@ import numpy as np
 import soundfile as sf
 from scipy import signal
 
-JNDS = {"onset": 250, "itd": 20, "direct": 20, "first": 1, "ild": 1, "level": 1, "bass": 1, "room": 1, "t20": 5, "edt": 5, "c50": 1, "coherence": 0.05, "early": -40}
+JNDS = {"onset": 250, "itd": 20, "direct": 20, "ild": 1, "level": 1, "bass": 1, "room": 1, "t20": 5, "edt": 5, "c50": 1, "coherence": 0.05, "early": -40}
 SIZE, SOURCE, PLACE = (6.4, 5.2, 2.9), np.array([3.9, 2.9, 1.5]), np.array([2.4, 2.2, 1.5])
 APART_M, SPEED = np.array([0.0, 1.0, 0.0]), 343.2
 # Absorption of all walls in octaves from 125 Hz that gives about these reverberation times, seconds.
@@ -195,7 +194,6 @@ def figures(ears, rate, way_s=0.0):
         "onset": 1e6 * (found.mean() / rate - way_s),
         "itd": lag(x[:, : direct + rate // 100]),
         "direct": lag(x[:, : direct + rate // 400] * np.r_[np.ones(direct + rate // 500), np.linspace(1, 0, rate // 400 - rate // 500)]),
-        "first": db((x[:, : direct + rate // 400] ** 2).sum(1)),
         "ild": (thirds[0] - thirds[1])[3:],
         "level": thirds,
         "bass": db(banded(x, rate, OCTAVES_HZ[:2], 1)),
@@ -232,7 +230,7 @@ def compared(chosen, heard, truth, nearest):
         for f in found:
             # Another latency begins on time as well; a rate of the host's moves it by less than its sample.
             f["onset"] -= late
-            for key in ("first", "level", "bass", "room"):
+            for key in ("level", "bass", "room"):
                 f[key] = f[key] - gain
         rows[name] = {}
         for key in JNDS:

@@ -106,7 +106,8 @@ fn further_sounds_are_heard_from_their_places_in_one_room() {
     let at = |offset: f32| format!("{},{},{}={input}", emitter.x, emitter.y + offset, emitter.z);
     // It lasts longer than the first sound.
     let same = render(&quiet, &["--source", &at(0.0)]);
-    assert_eq!(alone[0].len(), same[0].len());
+    // Several voices are said to sound on for a few hops more.
+    assert!((alone[0].len()..alone[0].len() + RATE as usize / 10).contains(&same[0].len()));
     let apart = |a: &[Vec<f32>], b: &[Vec<f32>]| {
         let difference: Vec<f32> = a.iter().flatten().zip(b.iter().flatten()).map(|(a, b)| a - b).collect();
         rms(&difference) / rms(&a[0])
