@@ -70,7 +70,7 @@ fn engine(sounds: &[Vec<f32>], jump: (usize, f64)) -> [Vec<f32>; 2] {
         }
         let t_s = if at < jump.0 { at as f64 / RATE } else { jump.1 + (at - jump.0) as f64 / RATE };
         let on = |path: &CameraPath| path.pose_at(path.keyframes()[0].t_s + t_s).position - home;
-        let further = [Vec3::new(0.0, 0.5, 0.0), on(&third) + Vec3::new(0.0, -0.5, 0.0)];
+        let further = [Vec3::new(-0.03, 0.29, 0.0), on(&third) + Vec3::new(-0.03, -0.29, 0.0)];
         let further: Vec<_> =
             further.into_iter().zip(&sounds[1..]).map(|(offset, sound)| Voice::at(&sound[at..=at], offset)).collect();
         let emitters = EmitterParams { offset: on(&first) + Vec3::new(0.0, 0.0, 1.5625), spread: 0.0 };
@@ -124,7 +124,7 @@ fn the_position_parameter_moves_listener_and_sources_alike<H: Host>() {
         let (yaw, ..) = third.ypr();
         for (ids, at) in [
             (["ex", "ey", "ez"], first.position - home),
-            (["ex3", "ey3", "ez3"], third.position - home - Vec3::new(0.0, 0.5, 0.0)),
+            (["ex3", "ey3", "ez3"], third.position - home + Vec3::new(-0.03, -0.5, 0.0)),
             (["x", "y", "z"], third.position),
         ] {
             ids.into_iter().zip(at.to_array()).for_each(|(id, metres)| still.set(id, 0.5 + f64::from(metres) / 100.0));

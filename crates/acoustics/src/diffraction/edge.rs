@@ -1,6 +1,5 @@
 //! One edge, and how sound passes it.
 
-use super::End;
 use super::path::DiffractionPath;
 use crate::octave::Octaves;
 use glam::DVec3;
@@ -25,6 +24,19 @@ pub(super) struct Edge {
     up: DVec3,
     /// Angle of the open space, more than pi, radians.
     pub(super) open: f64,
+}
+
+/// A place that sound seems to come from or go to, and where the last leg of its way there begins or ends.
+#[derive(Clone, Copy)]
+pub(super) struct End {
+    pub(super) unfolded: DVec3,
+    pub(super) seen: DVec3,
+}
+
+impl End {
+    pub(super) fn at(place: DVec3) -> Self {
+        Self { unfolded: place, seen: place }
+    }
 }
 
 /// How the shortest way over an edge goes from one place to another.

@@ -1,7 +1,8 @@
 //! Diffraction of a source's images.
 
+use super::edge::End;
 use super::path::DiffractionPath;
-use super::{ASKED, Edges, End, NEAR_M};
+use super::{ASKED, Edges, NEAR_M};
 use crate::error::{AcousticsError, place};
 use crate::images::image::{Image, Reflected};
 use crate::images::search::Images;

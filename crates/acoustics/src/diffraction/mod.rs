@@ -14,7 +14,7 @@ use crate::error::{AcousticsError, place};
 use crate::mesh::{Mesh, normal};
 use crate::octave::{OCTAVES_HZ, Octaves};
 use crate::room::{NOWHERE, Room};
-use edge::{Edge, Pass};
+use edge::{Edge, End, Pass};
 use glam::DVec3;
 use promenade_core::lit_gain;
 use std::collections::HashMap;
@@ -40,19 +40,6 @@ pub struct Edges {
     /// The longest first.
     all: Vec<Edge>,
     off_m: f64,
-}
-
-/// A place that sound seems to come from or go to, and where the last leg of its way there begins or ends.
-#[derive(Clone, Copy)]
-struct End {
-    unfolded: DVec3,
-    seen: DVec3,
-}
-
-impl End {
-    fn at(place: DVec3) -> Self {
-        Self { unfolded: place, seen: place }
-    }
 }
 
 impl Edges {

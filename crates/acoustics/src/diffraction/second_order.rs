@@ -1,8 +1,8 @@
 //! Diffraction of second order: sound round two edges.
 
-use super::edge::Edge;
+use super::edge::{Edge, End};
 use super::path::DiffractionPath;
-use super::{ASKED, Edges, End};
+use super::{ASKED, Edges};
 use crate::SPEED_OF_SOUND_M_S;
 use crate::directivity::source::Source;
 use crate::error::{AcousticsError, place};
