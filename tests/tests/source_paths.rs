@@ -70,7 +70,7 @@ fn engine(sounds: &[Vec<f32>], jump: (usize, f64)) -> [Vec<f32>; 2] {
         }
         let t_s = if at < jump.0 { at as f64 / RATE } else { jump.1 + (at - jump.0) as f64 / RATE };
         let on = |path: &CameraPath| path.pose_at(path.keyframes()[0].t_s + t_s).position - home;
-        let further = [Vec3::new(-0.03, 0.29, 0.0), on(&third) + Vec3::new(-0.03, -0.29, 0.0)];
+        let further = [Vec3::new(0.0, 1.5625, 0.0), on(&third) + Vec3::new(0.0, -1.5625, 0.0)];
         let further: Vec<_> =
             further.into_iter().zip(&sounds[1..]).map(|(offset, sound)| Voice::at(&sound[at..=at], offset)).collect();
         let emitters = EmitterParams { offset: on(&first) + Vec3::new(0.0, 0.0, 1.5625), spread: 0.0 };
@@ -90,7 +90,10 @@ fn sources_on_paths_sound_as_the_engine_moves_them<H: Host>() {
     for sizes in [&[512][..], &[64, 500, 1, 333]] {
         let mut host = on_paths(H::open_many(setup(2)));
         host.set("follow", TRANSPORT);
-        host.set("ez", 0.515_625);
+        // Shares that single precision has exactly.
+        for (id, share) in [("ez", 0.515_625), ("ex2", 0.5), ("ey2", 0.515_625), ("ex3", 0.5), ("ey3", 0.484_375)] {
+            host.set(id, share);
+        }
         let mut heard = [Vec::new(), Vec::new()];
         for (start, end, from_s) in [(0, JUMP.0, 0.0), (JUMP.0, LEN, JUMP.1)] {
             host.play_from(from_s);

@@ -88,6 +88,8 @@ fn lit(images: &ImageSources, corners: &Corners, emitter: Vec3) -> Vec<Option<us
 struct RoundVoice {
     heard: Option<Round>,
     now: Moment,
+    /// Where it was before what was played ahead.
+    before: Moment,
     weights: Weights,
 }
 
@@ -130,6 +132,9 @@ pub(crate) struct ImageVoices {
     hop: (Pose, Pose, Trim, Tier),
     /// Where the listener goes to in the block that is played, whether anything moves, and whether nothing was heard before.
     aimed: Option<(Pose, bool, bool)>,
+    /// Where images were before that, and the next one to be refreshed: what was played ahead may be forgotten.
+    before: Vec<Moment>,
+    refreshed_before: usize,
     /// Images of the block that were played.
     played_to: usize,
 }
@@ -176,6 +181,8 @@ impl ImageVoices {
             longest_blocks,
             hop: (Pose::IDENTITY, Pose::IDENTITY, Trim::NEUTRAL, Tier::Standard),
             aimed: None,
+            before: vec![Moment::default(); count],
+            refreshed_before: 0,
             played_to: 0,
             scene: Arc::clone(scene),
         })
@@ -221,6 +228,9 @@ impl ImageVoices {
             self.stale = self.weights.len();
             self.shade(pose);
         }
+        self.before.copy_from_slice(&self.now);
+        self.round.iter_mut().for_each(|voice| voice.before = voice.now);
+        self.refreshed_before = self.refreshed;
         self.refresh(images, pose, fresh);
         self.aimed = Some((*pose, moves, fresh));
         self.played_to = 0;
@@ -389,7 +399,11 @@ impl Part for ImageVoices {
     }
 
     fn forget_prepared(&mut self) {
-        self.aimed = None;
+        if self.aimed.take().is_some() {
+            self.now.copy_from_slice(&self.before);
+            self.round.iter_mut().for_each(|voice| voice.now = voice.before);
+            self.refreshed = self.refreshed_before;
+        }
         // All images are aimed at anew.
         self.levels.forget();
     }
@@ -416,6 +430,6 @@ impl Part for ImageVoices {
     }
 
     fn memory_bytes(&self) -> usize {
-        self.line.memory_bytes() + size_of_val(&*self.weights) + size_of_val(&*self.now)
+        self.line.memory_bytes() + size_of_val(&*self.weights) + 2 * size_of_val(&*self.now)
     }
 }

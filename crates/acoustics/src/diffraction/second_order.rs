@@ -66,7 +66,8 @@ impl Edges {
     }
 }
 
-/// What two edges some metres apart take more than one whose detour is theirs together, dB; `lesser_m` is that of the lesser bend.
+/// What two edges some metres apart take more than one whose detour is theirs together, dB; `lesser_m` is that of the lesser
+/// bend.
 fn apart_db(apart_m: f64, lesser_m: f64, hz: f64) -> f64 {
     let ratio = (5.0 * SPEED_OF_SOUND_M_S / hz / apart_m).powi(2);
     let most_db = 10.0 * ((1.0 + ratio) / (1.0 / 3.0 + ratio)).log10();

@@ -15,8 +15,8 @@ const END_DB: f64 = -25.0;
 const LOWEST_HZ: f64 = 24.0;
 /// Length of the frames in which a decay is changed, seconds, at least.
 const FRAME_S: f64 = 0.15;
-/// Widths in thirds of the bands whose decays are met, round by round: a decay that is no exponential is near the wanted one after
-/// three, and octaves, which rooms are told by, have several thirds in them.
+/// Widths in thirds of the bands whose decays are met, round by round: a decay that is no exponential is near the wanted one
+/// after three, and octaves, which rooms are told by, have several thirds in them.
 const ROUNDS: [f64; 5] = [1.0, 1.0, 1.0, 1.5, 1.5];
 /// A decay changes in a round by so many times the wanted one, at most; one that is too fast by a share of it, from here on.
 const MOST_TIMES: f64 = 3.0;

@@ -75,8 +75,8 @@ pub struct LateField {
     pub path_variance: f64,
     /// Searches for the next wall.
     pub casts: u64,
-    /// How far T30 of an octave at one listener is off because rays are few, as a share of it: the standard error that two halves
-    /// of the rays show, root mean square over octaves and listeners. `None` where no half has a T30.
+    /// How far T30 of an octave at one listener is off because rays are few, as a share of it: the standard error that two
+    /// halves of the rays show, root mean square over octaves and listeners. `None` where no half has a T30.
     pub t30_error: Option<f64>,
 }
 
