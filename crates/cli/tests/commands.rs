@@ -109,7 +109,7 @@ fn further_sounds_are_heard_from_their_places_in_one_room() {
     // Several voices are said to sound on for a few hops more.
     assert!((alone[0].len()..alone[0].len() + RATE as usize / 10).contains(&same[0].len()));
     let apart = |a: &[Vec<f32>], b: &[Vec<f32>]| {
-        let difference: Vec<f32> = a.iter().flatten().zip(b.iter().flatten()).map(|(a, b)| a - b).collect();
+        let difference: Vec<f32> = a.iter().zip(b).flat_map(|(a, b)| a.iter().zip(b)).map(|(a, b)| a - b).collect();
         rms(&difference) / rms(&a[0])
     };
     assert!(apart(&alone, &same) < 1e-4, "{}", apart(&alone, &same));

@@ -217,14 +217,17 @@ fn further_tracks_come_from_their_places<H: Host>() {
         place.text(name)
     };
     let (second, third) = (track("second.wav", RATE, &[&second]), track("third.wav", RATE, &[&third]));
-    let options = ["--plugin", "Promenade Many", "--track", &second, "--track", &third, "--set", "Source 3 Offset X=-1.5625"];
+    let placed = ["2 Offset X=0", "2 Offset Y=0.5", "3 Offset X=-1.5625", "3 Offset Y=-0.5"].map(|set| format!("Source {set}"));
+    let sets = placed.iter().flat_map(|set| ["--set", set.as_str()]);
+    let options: Vec<&str> =
+        ["--plugin", "Promenade Many", "--track", &second, "--track", &third].into_iter().chain(sets).collect();
     let heard = place.host(&input, &options);
     assert_eq!(heard[0].len(), 24_000, "as long as the longest");
     // The emitter of this scene, and where the second and third source are beside it.
     let emitter = &reported(&["inspect", SCENE, "--json"])["emitter_m"];
     let [emitter_x, emitter_y, z] = [0, 1, 2].map(|axis| emitter[axis].as_f64().unwrap());
     let at = |x: f64, y: f64, sound: &str| format!("{},{},{z}={sound}", emitter_x + x, emitter_y + y);
-    let places = ["--pose", "0,0,0,0,0,0", "--source", &at(-0.03, 0.29, &second), "--source", &at(-1.5625, -0.29, &third)];
+    let places = ["--pose", "0,0,0,0,0,0", "--source", &at(0.0, 0.5, &second), "--source", &at(-1.5625, -0.5, &third)];
     let difference = difference_db(&heard, &place.render(&input, 24_000, &places));
     assert!(difference < -100.0, "{difference} dB");
     let alone = place.host(&input, &["--plugin", "Promenade Many"]);

@@ -44,7 +44,7 @@ impl RoomMap {
         let values = || self.places.iter().filter_map(|(_, measured)| measured[measure]);
         let (low, high) = values().fold((f32::INFINITY, f32::NEG_INFINITY), |(low, high), v| (low.min(v), high.max(v)));
         // Values that hardly differ are no pattern.
-        (low <= high).then(|| if high - low > 1e-3 { (low, high) } else { (low - 0.5, high + 0.5) })
+        (low <= high).then_some(if high - low > 1e-3 { (low, high) } else { (low - 0.5, high + 0.5) })
     }
 
     /// What is measured at the place nearest to one of the plan, if that is on the map.
@@ -128,7 +128,7 @@ fn places(scene: &Scene, height: f32) -> (f32, Vec<Vec3>) {
     let [low, high] = outline.plan().unwrap_or([low.truncate(), high.truncate()]);
     let spacing_m = (high - low).max_element() / PLACES;
     let counts = ((high - low) / spacing_m).round().max(Vec2::ONE);
-    let [columns, lines] = [counts.x, counts.y].map(|count| index(count));
+    let [columns, lines] = [counts.x, counts.y].map(index);
     let at = |x: usize, y: usize| (low + spacing_m * (Vec2::new(x as f32, y as f32) + 0.5)).extend(height);
     let all = (0..lines).flat_map(|y| (0..columns).map(move |x| at(x, y)));
     (spacing_m, all.filter(|place| outline.is_clear(*place, MARGIN_M) != Some(false)).collect())

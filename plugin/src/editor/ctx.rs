@@ -52,7 +52,7 @@ fn arranged(home: Vec3, listener: Vec3, around: [Vec2; 2], count: usize, is_free
     let turned = |n: usize, side: f32| Vec2::from_angle(side * (n as f32 * ARC_DEG).to_radians()).rotate(from);
     let arc = (1..=ON_ARC).flat_map(|n| [1.0, -1.0].map(|side| turned(n, side) + listener.truncate()));
     let steps = ((around[1] - around[0]) / APART_M).floor().max(Vec2::ZERO);
-    let [columns, lines] = [steps.x, steps.y].map(|steps| crate::parameter::cast::index(steps));
+    let [columns, lines] = [steps.x, steps.y].map(crate::parameter::cast::index);
     let mut rows: Vec<Vec2> =
         (0..=columns).flat_map(|x| (0..=lines).map(move |y| around[0] + APART_M * Vec2::new(x as f32, y as f32))).collect();
     rows.sort_by(|a, b| a.distance(listener.truncate()).total_cmp(&b.distance(listener.truncate())));
