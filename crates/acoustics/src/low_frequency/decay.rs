@@ -15,9 +15,8 @@ const END_DB: f64 = -25.0;
 const LOWEST_HZ: f64 = 24.0;
 /// Length of the frames in which a decay is changed, seconds, at least.
 const FRAME_S: f64 = 0.15;
-/// Widths in thirds of the bands whose decays are met, round by round: a decay that is no exponential is near the wanted one
-/// after three, and octaves, which rooms are told by, have several thirds in them.
-const ROUNDS: [f64; 5] = [1.0, 1.0, 1.0, 1.5, 1.5];
+/// A decay that is no exponential is near the wanted one after so many rounds.
+const ROUNDS: usize = 3;
 /// A decay changes in a round by so many times the wanted one, at most; one that is too fast by a share of it, from here on.
 const MOST_TIMES: f64 = 3.0;
 const GROWS: f64 = 0.3;
@@ -40,8 +39,8 @@ impl LowField {
         let every = told.len().div_ceil(MOST_TOLD).max(1);
         let mut heard: Vec<_> = self.places[told].iter().step_by(every).map(|place| place.pressure.clone()).collect();
         let mut rates = vec![0.0; thirds.len()];
-        for width in ROUNDS {
-            let times = times_s(&heard, self.rate_hz, &thirds, width);
+        for _ in 0..ROUNDS {
+            let times = third_times_s(&heard, self.rate_hz, &thirds);
             let mut change = 0.0;
             let mut changes = Vec::with_capacity(thirds.len());
             for ((hz, time), rate) in thirds.iter().zip(times).zip(&mut rates) {
@@ -63,8 +62,8 @@ impl LowField {
     }
 }
 
-/// T20 of signals together about each third octave, in bands that fall over so many thirds on either side, seconds.
-fn times_s(signals: &[Vec<f32>], rate_hz: f64, thirds: &[f64], width: f64) -> Vec<Option<f64>> {
+/// T20 by third octave of signals together, seconds.
+fn third_times_s(signals: &[Vec<f32>], rate_hz: f64, thirds: &[f64]) -> Vec<Option<f64>> {
     let length = signals.first().map_or(0, Vec::len);
     // As much silence as the narrowest third rings.
     let n = (length + (0.3 * rate_hz) as usize).next_power_of_two();
@@ -73,7 +72,7 @@ fn times_s(signals: &[Vec<f32>], rate_hz: f64, thirds: &[f64], width: f64) -> Ve
     let of_third = |centre: &f64| {
         let mut energies = vec![0.0; length];
         let share = |k: usize| {
-            let thirds = 3.0 / width * (k.max(1) as f64 * rate_hz / n as f64 / centre).log2();
+            let thirds = 3.0 * (k.max(1) as f64 * rate_hz / n as f64 / centre).log2();
             (0.5 * PI * thirds.clamp(-1.0, 1.0)).cos() as f32
         };
         let shares: Vec<f32> = (0..=n / 2).map(share).collect();
@@ -160,7 +159,7 @@ mod tests {
         after.decay_as(0..8, wanted);
         let thirds = [50.0, 63.0, 100.0, 125.0, 160.0, 200.0, 250.0];
         let heard: Vec<Vec<f32>> = after.places.iter().map(|place| place.pressure.clone()).collect();
-        for (hz, found) in thirds.iter().zip(times_s(&heard, rate_hz, &thirds, 1.0)) {
+        for (hz, found) in thirds.iter().zip(third_times_s(&heard, rate_hz, &thirds)) {
             assert!((found.unwrap() / wanted(*hz) - 1.0).abs() < 0.05, "{found:?} at {hz} Hz for {}", wanted(*hz));
         }
         // As long as little has decayed, all is as it was.
