@@ -206,9 +206,9 @@ mod tests {
         assert_eq!((options.gain_db, options.speed, options.looping), (-3.0, Some(-2.0), true));
         assert_eq!(options.files, ["a", "b", "c"].map(PathBuf::from));
         assert_eq!(options.sources, [(Place::Point(Vec3::NEG_X), 1.0, "d".into())]);
-        let options = parsed("a b c --source 0,1,0@-20=d --source a@b.csv=e").unwrap().unwrap();
+        let levelled = parsed("a b c --source 0,1,0@-20=d --source a@b.csv=e").unwrap().unwrap();
         let placed = [(Place::Point(Vec3::Y), 0.1, "d".into()), (Place::Path("a@b.csv".into()), 1.0, "e".into())];
-        assert_eq!(options.sources, placed);
+        assert_eq!(levelled.sources, placed);
         assert!((options.trim.late - 1e-6).abs() < 1e-9 && options.trim.direct == 1.0);
         assert_eq!(options.path, Some("p".into()));
         assert_eq!(parsed("a b c --wet-solo --direct 3").unwrap().unwrap().trim.direct, 0.0);
