@@ -126,8 +126,8 @@ impl Edges {
     ) -> Result<Vec<DiffractionPath>, AcousticsError> {
         let Source { position, directivity } = source.into();
         let (source, listener) = (place("source", position)?, place("listener", listener)?);
-        let path = |(edge, at): (&Edge, DVec3)| {
-            edge.path([source, at, listener], 0.0, directivity.towards((listener - source).to_array()), true)
+        let path = |(edge, pass): (&Edge, Pass)| {
+            edge.path([source, pass.at, listener], 0.0, directivity.towards((listener - source).to_array()), true)
         };
         Ok(self.near(room, [End::at(source), End::at(listener)], None).into_iter().filter_map(path).collect())
     }
@@ -150,33 +150,33 @@ impl Edges {
 
     /// Edges that a way passes so near that they take some of it, and where, both ends seen from there: the nearest first, one
     /// of each obstacle, and none of that of the edge that the way bends at.
-    fn near(&self, room: &Room, [from, to]: [End; 2], bends: Option<&Edge>) -> Vec<(&Edge, DVec3)> {
+    fn near(&self, room: &Room, [from, to]: [End; 2], bends: Option<&Edge>) -> Vec<(&Edge, Pass)> {
         let way = (to.unfolded - from.unfolded).normalize_or_zero();
         let near = |edge| {
-            let Pass { at, detour_m, .. } = Edge::passed(edge, from, to).filter(|pass| pass.detour_m < NEAR_M)?;
+            let pass = Edge::passed(edge, from, to).filter(|pass| pass.detour_m < NEAR_M)?;
+            let at = pass.at;
             // Between the leg's ends, and not where it bends.
             let passes = [at - from.seen, to.seen - at].iter().all(|part| part.dot(way) > 4.0 * self.off_m);
             let beside = self.beside(edge, at);
             let free = passes && self.free(room, from.seen, beside) && self.free(room, to.seen, beside);
-            free.then_some((detour_m, edge, at))
+            free.then_some((edge, pass))
         };
-        let mut found: Vec<(f64, &Edge, DVec3)> = self.all.iter().filter_map(near).collect();
-        found.sort_by(|a, b| a.0.total_cmp(&b.0));
-        let mut kept: Vec<(&Edge, DVec3)> = Vec::new();
-        for (_, edge, at) in found {
+        let mut found: Vec<(&Edge, Pass)> = self.all.iter().filter_map(near).collect();
+        found.sort_by(|a, b| a.1.detour_m.total_cmp(&b.1.detour_m));
+        let mut kept: Vec<(&Edge, Pass)> = Vec::new();
+        for (edge, pass) in found {
             if !kept.iter().map(|(kept, _)| *kept).chain(bends).any(|other| edge.shares_surface(other)) {
-                kept.push((edge, at));
+                kept.push((edge, pass));
             }
         }
         kept
     }
 
     /// Takes from amplitudes by octave what the edges take that a way passes in their light, which may bend at one.
-    fn shade(&self, room: &Room, [from, to]: [End; 2], bends: Option<&Edge>, gains: &mut Octaves) {
-        for (_, at) in self.near(room, [from, to], bends) {
-            let detour_m = from.unfolded.distance(at) + at.distance(to.unfolded) - from.unfolded.distance(to.unfolded);
+    fn shade(&self, room: &Room, leg: [End; 2], bends: Option<&Edge>, gains: &mut Octaves) {
+        for (_, pass) in self.near(room, leg, bends) {
             for (gain, hz) in gains.iter_mut().zip(OCTAVES_HZ) {
-                *gain *= lit_gain(detour_m, hz.into(), SPEED_OF_SOUND_M_S) as f32;
+                *gain *= lit_gain(pass.detour_m, hz.into(), SPEED_OF_SOUND_M_S) as f32;
             }
         }
     }

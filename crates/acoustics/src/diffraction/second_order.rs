@@ -53,12 +53,12 @@ impl Edges {
                 continue;
             }
             let bend = |from: DVec3, at: DVec3, to: DVec3| from.distance(at) + at.distance(to) - from.distance(to);
-            let lesser_m = bend(source, at_first, at_second).min(bend(at_first, at_second, listener));
+            let longer_m = bend(source, at_first, at_second);
+            let lesser_m = longer_m.min(bend(at_first, at_second, listener));
             let mut gains = directivity.towards((at_first - source).to_array());
             for (gain, hz) in gains.iter_mut().zip(OCTAVES_HZ) {
                 *gain *= 10.0_f64.powf(-apart_db(at_first.distance(at_second), lesser_m, hz.into()) / 20.0) as f32;
             }
-            let longer_m = bend(source, at_first, at_second);
             found.extend(second.path([source, at_second, listener], longer_m, gains, false));
         }
         self.distinct(&mut found);
