@@ -257,7 +257,10 @@ const tests = {
         [count, contents.scenes.map(({ file }) => file)],
       );
     const system = await browser.newBrowserCDPSession();
+    const collector = await page.context().newCDPSession(page);
     const megabytes = async () => {
+      await collector.send("HeapProfiler.collectGarbage");
+      await page.waitForTimeout(500);
       const { processInfo } = await system.send("SystemInfo.getProcessInfo");
       const pages = ({ id }) => Number(readFileSync(`/proc/${id}/statm`, "utf8").split(" ")[1]);
       const renderers = processInfo.filter(({ type }) => type === "renderer");
@@ -268,7 +271,6 @@ const tests = {
     await places(10);
     const early = await megabytes();
     await places(count);
-    await page.waitForTimeout(500);
     const after = await blocks();
     const grown = (await megabytes()) - early;
     check(before > 0.9 && after < 1.1, `${after.toFixed(2)} engines run, before ${before.toFixed(2)}`);
