@@ -350,13 +350,14 @@ const tests = {
       const after = await count();
       return ["underrunEvents", "underrunDuration", "totalDuration"].map((name) => after[name] - before[name]);
     };
-    // Another program may take the processor from a short walk, so there are three; a long one is for a machine of its own.
+    // Other programs take the processor from a short walk, so there are three, and a hundredth may be lost of the best. A long one
+    // is for a machine of its own.
     const seconds = Number(process.env.PROMENADE_SECONDS ?? 6);
-    const tries = seconds > 10 ? 1 : 3;
+    const [tries, share] = seconds > 10 ? [1, 0] : [3, 0.01];
     for (let attempt = 1; ; attempt++) {
       const [events, lost, played] = await walk(seconds);
       const words = `${events} interruptions, ${(1000 * lost).toFixed(0)} ms of ${played.toFixed(1)} s`;
-      if (events === 0 && played > 0.9 * seconds) {
+      if (lost <= share * played && played > 0.9 * seconds) {
         await page.close();
         return words;
       }
