@@ -93,12 +93,15 @@ fn settings_reach_the_stream() {
     let input = noise(3, 8_000);
     let plain = play(&mut engine(&scene, options), &input, |_| ());
     for (setting, value) in
-        [(0, 0.0), (1, 0.5), (2, 0.3), (3, 1.0), (4, 1.0), (5, 0.1), (6, 0.1), (8, 0.5), (10, 0.0), (11, 500.0), (13, 1.0)]
+        [(0, 0.0), (1, 0.5), (2, 0.3), (3, 1.0), (4, 1.0), (5, 0.1), (6, 0.1), (8, 0.5), (10, 0.0), (11, 500.0)]
     {
         let mut engine = engine(&scene, options);
         engine.set(setting, value);
         assert!(difference_db(&play(&mut engine, &input, |_| ()), &plain) > -60.0, "setting {setting}");
     }
+    let mut engine = engine(&scene, options);
+    engine.put(0, Vec3::X);
+    assert!(difference_db(&play(&mut engine, &input, |_| ()), &plain) > -60.0, "the first sound elsewhere");
 }
 
 #[test]
@@ -118,7 +121,7 @@ fn further_sounds_are_voices_of_the_same_room() {
     }
     let config = RendererConfig { voices: 3, ..RATE.into() };
     let mut core = Spatializer::new(RATE);
-    core.install(Emitters::from(Renderer::new(Arc::new(scene.clone()), config).unwrap()));
+    core.install(Emitters::from(Renderer::new(Arc::clone(&scene), config).unwrap()));
     let (mut want, start) = ([vec![0.0; 16_000], vec![0.0; 16_000]], scene.start_pose());
     let voices = [Voice::default(), Voice { input: &second, offset, ..Voice::default() }];
     let [left, right] = &mut want;
