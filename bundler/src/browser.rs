@@ -6,10 +6,9 @@ use anyhow::{Context, Result, bail};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// Debian's packages: the browser, and what the engine is compiled with where the toolchain has no standard library for it.
-const BROWSER: [&str; 1] = ["chromium"];
 /// Where browsers of that family are.
 const PROGRAMS: [&str; 3] = ["/usr/bin/chromium", "/usr/bin/google-chrome", "/usr/bin/chromium-browser"];
+/// Debian's packages that the engine is compiled with where the toolchain has no standard library for it.
 const COMPILER: [&str; 4] = ["rustc-web", "cargo-web", "rust-web-src", "lld-19"];
 /// The scripts, which are copied to where the packages of their lock file are installed.
 const SCRIPTS: &str = "tests/browser";
@@ -34,7 +33,7 @@ impl Browser {
         }
         let mut missing = Vec::new();
         if browser().is_none() {
-            missing.extend(BROWSER);
+            missing.push("chromium");
         }
         if !web::has_library() {
             // Those that are installed may be too old.

@@ -45,7 +45,9 @@ pub use tail::TailModel;
 pub use turning_room::{Mover, TurningRoom};
 pub use weather::Weather;
 
-/// A place: anchors, field, grid and provenance; immutable, shared between instances and threads.
+/// A place: anchors, field, grid and provenance.
+///
+/// Read from bytes or made by a baker, off the audio thread. Immutable from then on: every renderer that plays it shares it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Scene {
     parts: SceneParts,

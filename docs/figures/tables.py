@@ -6,7 +6,8 @@
     tables.py --plot NAME FILE      draws the numbers of NAME.json as bars (needs matplotlib)
 
 A page has the table of NAME.json between `<!-- figures: NAME -->` and `<!-- end -->`. The data of a table are its machine, date, command, columns
-(name, and for numbers unit and digits) and rows. A cell is text, a number, null for no value, or a list of numbers, such as scene and nearest.
+(name, and for numbers unit and digits; "shown" is false of one that the page leaves out) and rows. A cell is text, a number, null for no value, or a
+list of numbers, such as scene and nearest.
 """
 import argparse
 import json
@@ -35,10 +36,11 @@ def heading(column):
 
 
 def table(data):
-    columns = data["columns"]
+    shown = lambda cells: [cell for cell, column in zip(cells, data["columns"], strict=True) if column.get("shown", True)]
+    columns = shown(data["columns"])
     line = lambda cells: "| " + " | ".join(cells) + " |\n"
     rule = "".join("|---:" if "digits" in column else "|---" for column in columns) + "|\n"
-    rows = [line(cell(value, column) for value, column in zip(row, columns, strict=True)) for row in data["rows"]]
+    rows = [line(cell(value, column) for value, column in zip(shown(row), columns)) for row in data["rows"]]
     source = f"*{data['machine']}, {data['date']}:* `{data['command']}`"
     return "\n" + line(map(heading, columns)) + rule + "".join(rows) + "\n" + source + "\n\n"
 

@@ -36,7 +36,9 @@ fn table(file: &Path) -> String {
     let data: Value =
         serde_json::from_str(&fs::read_to_string(file).unwrap()).unwrap_or_else(|error| panic!("{}: {error}", file.display()));
     let [machine, date, command] = ["machine", "date", "command"].map(|field| text(&data, field, file));
-    let columns = data["columns"].as_array().unwrap();
+    let all = data["columns"].as_array().unwrap();
+    let is_shown = |column: &Value| column["shown"] != false;
+    let columns: Vec<_> = all.iter().filter(|column| is_shown(column)).collect();
     let headings = columns.iter().map(|column| {
         let unit = column["unit"].as_str().map_or_else(String::new, |unit| format!(", {unit}"));
         text(column, "name", file).to_owned() + &unit
@@ -45,8 +47,9 @@ fn table(file: &Path) -> String {
     let rule: String = columns.iter().map(|column| if column["digits"].is_u64() { "|---:" } else { "|---" }).collect();
     let rows = data["rows"].as_array().unwrap().iter().map(|row| {
         let row = row.as_array().unwrap();
-        assert_eq!(row.len(), columns.len(), "{}: cells of {row:?}", file.display());
-        line(row.iter().zip(columns).map(|(value, column)| cell(value, column["digits"].as_u64())).collect())
+        assert_eq!(row.len(), all.len(), "{}: cells of {row:?}", file.display());
+        let shown = row.iter().zip(all).filter(|(_, column)| is_shown(column));
+        line(shown.map(|(value, column)| cell(value, column["digits"].as_u64())).collect())
     });
     let (head, rows) = (line(headings.collect()), rows.collect::<String>());
     format!("\n{head}{rule}|\n{rows}\n*{machine}, {date}:* `{command}`\n\n")

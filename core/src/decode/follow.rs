@@ -19,7 +19,7 @@ const MEASURED_EARLY_TAPS: usize = 24;
 /// These follow at high frequencies whenever it is the turn of their bins: high tones would flutter.
 const MEASURED_TURNED_TAPS: usize = 16;
 
-/// The decoders of one stream.
+/// The decoders of one stream. Made with its voice; the audio thread asks it for a transfer function at each hop.
 pub(crate) struct Follower {
     field: Option<FieldDecoder>,
     live: Option<LiveDecoder>,

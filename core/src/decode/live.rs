@@ -100,7 +100,7 @@ pub trait DecodeWorker: Send {
     fn take(&mut self) -> Option<&Decoded>;
 }
 
-/// Follows a listener by decodes that come now and then.
+/// Follows a listener by decodes that come now and then. Lives on the audio thread; its [`DecodeWorker`] may be on another.
 pub(crate) struct LiveDecoder {
     worker: Box<dyn DecodeWorker>,
     hop_s: f64,

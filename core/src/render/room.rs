@@ -15,7 +15,7 @@ use pulp::{Arch, WithSimd};
 use std::ops::Range;
 use std::sync::Arc;
 
-/// The room of some voices.
+/// The room of some voices. A renderer makes it with itself, and renders it hop by hop on the audio thread.
 ///
 /// A lone voice has all explicit taps of its own. Each of several has the first ones, and what they pass on is added up for the
 /// taps that come after them, which are shared.

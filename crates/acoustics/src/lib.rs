@@ -7,6 +7,25 @@
 //!
 //! Sound travels on rays, of which only the direct sound goes round [`Edges`], one each. Below Schroeder's frequency, some
 //! 200 Hz in a living room, the field is that of [`waves`], or of a box's modes ([`Shoebox::low_field`]).
+//!
+//! ```
+//! use promenade_acoustics::{Air, Material, Reflected, Shoebox};
+//!
+//! // A box of 6 x 4.6 x 2.7 m whose walls absorb a tenth and scatter nothing.
+//! let wall = Material::even("plaster", 0.1, 0.0);
+//! let room = Shoebox { size: [6.0, 4.6, 2.7], materials: std::array::from_fn(|_| wall.clone()) };
+//!
+//! // The source, and its mirror images in the six walls.
+//! let images = room.images([1.0, 2.0, 1.5], 1, Reflected::Whole)?;
+//! assert_eq!(images.len(), 7);
+//! assert!(images.iter().any(|image| image.position == [-1.0, 2.0, 1.5]));
+//! assert!(images[1..].iter().all(|image| (image.gains[3] - 0.9_f32.sqrt()).abs() < 1e-6));
+//!
+//! // Reverberation times in octaves from 125 Hz; air takes some of the treble.
+//! let t60_s = room.eyring_t60_s(Some(Air::default()));
+//! assert!(t60_s[0] > 0.9 && t60_s[0] < 1.2 && t60_s[6] < t60_s[0], "{t60_s:?}");
+//! # Ok::<(), promenade_acoustics::AcousticsError>(())
+//! ```
 
 #![forbid(unsafe_code)]
 

@@ -1,5 +1,21 @@
 //! What is wrong with a file or a value, said so that the user can mend it: the error of everything that callers report and do
 //! not tell apart.
+//!
+//! ```
+//! use promenade_fault::Fault;
+//! use std::path::Path;
+//!
+//! /// Metres of a length that somebody has typed.
+//! fn length(text: &str) -> Result<f64, Fault> {
+//!     let number: f64 = text.parse().map_err(|error| Fault::because(format!("{text:?} is no length"), error))?;
+//!     if number > 0.0 { Ok(number) } else { Err(Fault::argument("length", "more than 0 m", number)) }
+//! }
+//!
+//! assert_eq!(length("-2").unwrap_err().to_string(), "length: expected more than 0 m, found -2");
+//! let missing = Fault::content(Path::new("room.json"), "a field \"size\"", "none");
+//! assert_eq!(missing.to_string(), "room.json: expected a field \"size\", found none");
+//! # assert!(length("2").is_ok() && length("two").is_err());
+//! ```
 
 use std::error::Error;
 use std::fmt;

@@ -2,6 +2,21 @@
 //!
 //! [`Measurements`] are read from files, [`Figures`] describe a response, and [`baselines`] what can be predicted without a
 //! room. [`full_fit`] finds a [`FullFit`], of which [`Prediction`] makes responses at other places.
+//!
+//! ```no_run
+//! use promenade_fit::{FlatRoom, FullOptions, LoadOptions, Measurements, Walls, full_fit};
+//!
+//! // Responses with the places of source and microphone: SOFA, or a folder with a measurements.json.
+//! let set = Measurements::load("hall".as_ref(), &LoadOptions::default())?;
+//! // The room as it is known: a box of these lengths, whose walls may be off.
+//! let room = FlatRoom::of_box(Walls::of_size([9.7, 5.5, 2.7])?)?;
+//! let fit = full_fit(&room, &set, &FullOptions::default(), None, &mut |_, share| {
+//!     println!("{:.0} %", 100.0 * share);
+//!     Ok(())
+//! })?;
+//! println!("{} surfaces", fit.surfaces.len());
+//! # Ok::<(), promenade_fit::FitError>(())
+//! ```
 
 #![forbid(unsafe_code)]
 

@@ -2,6 +2,20 @@
 //!
 //! A planner is generic, and a crate that makes one compiles all algorithms of the library again. Here they are compiled once,
 //! for single and for double precision.
+//!
+//! ```
+//! use promenade_fourier::{signal, spectrum};
+//!
+//! // A click, delayed by three samples: a phase that falls in proportion to frequency.
+//! let mut bins = spectrum([1.0_f64, 0.0, 0.0, 0.0], 16);
+//! assert!(bins.len() == 9 && bins.iter().all(|bin| (bin.norm() - 1.0).abs() < 1e-12));
+//! for (k, bin) in bins.iter_mut().enumerate() {
+//!     let turn = -std::f64::consts::TAU * 3.0 * k as f64 / 16.0;
+//!     *bin *= promenade_fourier::num_complex::Complex::from_polar(1.0, turn);
+//! }
+//! let delayed = signal(bins, 16);
+//! assert!(delayed.iter().enumerate().all(|(i, sample)| (sample - f64::from(u8::from(i == 3))).abs() < 1e-12));
+//! ```
 
 pub use realfft::{ComplexToReal, FftNum, RealToComplex, num_complex};
 pub use rustfft::Fft;

@@ -5,6 +5,27 @@
 //! name: [`avcloud`], [`rwavs`]. Never quote such a figure without its convention.
 //!
 //! Samples are `f32` with full scale 1, sample rates are in hertz. None of this is real-time safe: every function allocates.
+//!
+//! ```
+//! use promenade_metrics::{DecayRange, c50_db, decay_time_s, ild_db, itd_s};
+//!
+//! // Noise that falls by 60 dB in 0.5 s. The right ear hears it 12 samples later and half as loud.
+//! let rate_hz = 48_000.0;
+//! let mut state = 1_u32;
+//! let mut noise = || {
+//!     state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+//!     f64::from(state) / f64::from(u32::MAX) - 0.5
+//! };
+//! let left: Vec<f32> = (0..24_000).map(|i| (noise() * 10_f64.powf(-3.0 * i as f64 / 24_000.0)) as f32).collect();
+//! let right: Vec<f32> = [0.0; 12].into_iter().chain(left.iter().map(|sample| sample / 2.0)).collect();
+//!
+//! let t20_s = decay_time_s(&left, rate_hz, DecayRange::T20)?;
+//! assert!((t20_s - 0.5).abs() < 0.025, "{t20_s} s");
+//! assert!((c50_db(&left, rate_hz)? - 4.74).abs() < 0.5);
+//! assert!((itd_s(&left, &right[..left.len()], rate_hz)? + 12.0 / rate_hz).abs() < 0.1 / rate_hz, "the left ear is earlier");
+//! assert!((ild_db(&left, &right)? - 6.02).abs() < 0.01);
+//! # Ok::<(), promenade_metrics::MetricError>(())
+//! ```
 
 #![forbid(unsafe_code)]
 

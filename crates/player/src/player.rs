@@ -45,6 +45,9 @@ impl Playing {
 
 /// Plays sound of one sample rate through a scene. Its output begins with its input: the latency is taken out.
 ///
+/// Made for a scene and a rate by a command or a judge. One thread owns it, never an audio thread, and renders any number of
+/// sounds.
+///
 /// Clips have only the scene's own rate: sound of another rate is converted there and back, as for the tier Reference at rates
 /// that a stream does not convert.
 pub struct Player {

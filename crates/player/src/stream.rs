@@ -13,6 +13,8 @@ const BLOCK: usize = 4096;
 pub type Ears = [Vec<f32>; 2];
 
 /// Plays sounds through a scene, each from silence, in time with what it is given; every decode is waited for.
+///
+/// What [`Player`](crate::Player), the judge and the editor's panel Response render with, on a thread that may wait.
 pub struct Stream {
     emitters: Emitters,
     params: RenderParams,

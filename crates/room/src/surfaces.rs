@@ -130,7 +130,8 @@ pub trait LatePart {
     fn turned(&self, rows: Vec<Vec<f32>>, late: &[LateEnergies], shape: TransferShape) -> (Axis, Vec<Vec<Vec<f32>>>);
 }
 
-/// What a room gives of itself. Places are the same, in the same order, everywhere.
+/// What a room gives of itself: made by the baker of a mesh or by a [`ShoeboxRoom`](crate::ShoeboxRoom), used up by
+/// [`Self::scene`]. Places are the same, in the same order, everywhere.
 #[derive(Clone, Debug)]
 pub struct Surfaces {
     /// World, metres.

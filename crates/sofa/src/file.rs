@@ -35,7 +35,7 @@ struct Layout {
     emitters_last: bool,
 }
 
-/// An open SOFA file.
+/// An open SOFA file, held while its responses are read on the thread that opened it.
 pub struct Sofa<'a>(Variables<'a>);
 
 /// What a file itself does not say, or says wrongly.

@@ -2,6 +2,22 @@
 //!
 //! [`Sofa`] reads any set raw: nothing is resampled, normalised or interpolated. [`read_head`] makes a [`promenade_core::Head`]
 //! of one, [`read_headphones`] what a pair of headphones needs.
+//!
+//! ```no_run
+//! use promenade_sofa::{Sofa, SofaOptions, read_head};
+//! use std::path::Path;
+//!
+//! // Every response as it was recorded, with its place.
+//! let file = Path::new("MIT_KEMAR_normal_pinna.sofa");
+//! let mut count = 0;
+//! let (about, exchanged) = Sofa::open(file)?.of_ears(SofaOptions::default(), |_| count += 1)?;
+//! println!("{}: {count} responses, ears exchanged: {exchanged}", about.title);
+//!
+//! // What a scene is heard with instead of its own head.
+//! let head = read_head(file)?;
+//! let scene = promenade_core::Scene::from_bytes(&std::fs::read("room.promenade")?)?.with_head(&head)?;
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 #![forbid(unsafe_code)]
 

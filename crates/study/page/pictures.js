@@ -2,6 +2,7 @@
 // composite of Harvey, Debattista, Bashford-Rogers and Chalmers 2017). Blended is light, not the code of sRGB.
 
 import { element } from "./parts.js";
+import { program } from "./shader.js";
 import { text } from "./texts.js";
 
 const VERTEX = `#version 300 es
@@ -46,7 +47,11 @@ export class Pictures {
     if (!gl) throw new Error(text("no shader"));
     const pictures = new Pictures();
     Object.assign(pictures, { element: canvas, gl, sounds, weights, deck, shown: undefined });
-    pictures.program = program(gl);
+    const blend = (pictures.program = program(gl, VERTEX, FRAGMENT));
+    if (!blend) throw new Error(text("no shader"));
+    gl.useProgram(blend);
+    gl.uniform1i(gl.getUniformLocation(blend, "first"), 0);
+    gl.uniform1i(gl.getUniformLocation(blend, "second"), 1);
     pictures.textures = new Map(names.map((name, i) => [name, texture(gl, bitmaps[i])]));
     bitmaps.forEach((picture) => picture.close());
     canvas.addEventListener("webglcontextlost", () => {
@@ -94,25 +99,6 @@ export class Pictures {
     this.closed = true;
     this.gl.getExtension("WEBGL_lose_context")?.loseContext();
   }
-}
-
-function program(gl) {
-  const made = gl.createProgram();
-  for (const [kind, source] of [
-    [gl.VERTEX_SHADER, VERTEX],
-    [gl.FRAGMENT_SHADER, FRAGMENT],
-  ]) {
-    const shader = gl.createShader(kind);
-    gl.shaderSource(shader, source);
-    gl.compileShader(shader);
-    gl.attachShader(made, shader);
-  }
-  gl.linkProgram(made);
-  if (!gl.getProgramParameter(made, gl.LINK_STATUS)) throw new Error(text("no shader"));
-  gl.useProgram(made);
-  gl.uniform1i(gl.getUniformLocation(made, "first"), 0);
-  gl.uniform1i(gl.getUniformLocation(made, "second"), 1);
-  return made;
 }
 
 function texture(gl, picture) {

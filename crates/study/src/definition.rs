@@ -19,7 +19,7 @@ pub(crate) const REFERENCE: &str = "Reference";
 pub(crate) const LOW_ANCHOR: &str = "Low anchor";
 pub(crate) const MID_ANCHOR: &str = "Mid anchor";
 
-/// A study.
+/// A study, as its author's file has it: read once, then made a site of by [`write_site`](crate::write_site).
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Study {

@@ -2,6 +2,21 @@
 //!
 //! [`read`] takes answers as the page writes them, or preference tables as papers print them. [`Paired`], [`Abx`] and
 //! [`Ratings`] are the figures of one kind of trial each.
+//!
+//! ```
+//! use promenade_study::{paired, read};
+//!
+//! // Who preferred what to what, as Harvey et al. (2017) print it. Answers of the page are read by the same call.
+//! let file = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/harvey.csv");
+//! let said = read(&[file])?;
+//! let report = paired(&said.tables, said.answers.list(), 0.05)?.ok_or("no comparisons")?;
+//! for item in &report.items {
+//!     println!("{}: {:?}", item.name, item.votes.scores());
+//! }
+//! assert_eq!(report.items[0].name, "lounge");
+//! assert_eq!(report.items[0].votes.scores(), [24, 38, 43, 63]);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 #![forbid(unsafe_code)]
 

@@ -15,7 +15,7 @@ const MOST_BODY: usize = 4 << 20;
 /// Most files of a site.
 const MOST_FILES: usize = 100_000;
 
-/// A server that listens, and has not begun to answer.
+/// A server that listens, and has not begun to answer: made by `promenade study serve`, whose main thread runs it.
 pub struct Server {
     listener: Listener,
     /// Files by their path in addresses, without links on their ways.

@@ -70,7 +70,7 @@ pub fn write_site(study: &Study, file_of_study: &Path, to: &Path, engine: Option
     } else {
         None
     };
-    let of_web = |name: &str| name == "walking.js" || (live && name.starts_with("engine/"));
+    let of_web = |name: &str| matches!(name, "shader.js" | "walking.js") || (live && name.starts_with("engine/"));
     for (name, contents) in FILES.iter().chain(web_files().iter().filter(|(name, _)| of_web(name))) {
         write(to, name, contents.as_bytes())?;
     }

@@ -2,6 +2,25 @@
 //!
 //! The network (AV-Cloud's transformer) is a differentiable graph. The render head after it is core's own, so that training
 //! hears what the plugin plays; its derivatives are core's too: [`promenade_core::gradient::ClipRender`].
+//!
+//! ```no_run
+//! use promenade_baker::anchors::AnchorSet;
+//! use promenade_baker::{Capture, Split};
+//! use promenade_core::Provenance;
+//! use promenade_trainer::{Device, TrainSettings, Trainer};
+//!
+//! // Recordings of a walk with the dry sound, and points of the place with their colours.
+//! let capture = Capture::load("my-walk".as_ref())?;
+//! let anchors = AnchorSet::load("place.safetensors".as_ref())?;
+//! let mut trainer = Trainer::new(&capture, &anchors, TrainSettings::default(), Device::default(), 2)?;
+//! while trainer.steps() < trainer.settings().steps {
+//!     let report = trainer.step();
+//!     println!("{}: {}", trainer.steps(), report.loss);
+//! }
+//! println!("{:?}", trainer.look(Split::Test));
+//! std::fs::write("place.promenade", trainer.scene(Provenance::default())?.to_bytes()?)?;
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 mod checkpoint;
 mod gains;

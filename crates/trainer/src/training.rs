@@ -53,6 +53,9 @@ pub struct Scores {
 }
 
 /// A training under way.
+///
+/// Made of a capture and anchors. One thread owns it and steps; [`Self::checkpoint`] is what a later one resumes from, and
+/// [`Self::scene`] what is played.
 pub struct Trainer<'a> {
     capture: &'a Capture,
     /// The training clips, each with what it may be shifted to.

@@ -10,8 +10,6 @@ const milliseconds = (seconds) => `${Math.round(1000 * seconds)} ms`;
 export class Figures {
   constructor() {
     this.levels = [-120, -120];
-    this.underruns = 0;
-    this.interrupted = 0;
   }
 
   /** Takes the peaks of a room's last thirtieth of a second; rooms add up by their powers. */

@@ -4,6 +4,8 @@
 // camera (Zwicker, Pfister, van Baar and Gross 2001, EWA Volume Splatting), and splats are laid over each other from far
 // to near (Kerbl, Kopanas, Leimkühler and Drettakis 2023, 3D Gaussian Splatting), here without harmonics of the colour.
 
+import { program } from "./shader.js";
+
 /** Texels in a row of the texture, two of them a splat. */
 const WIDTH = 4096;
 /** The view may turn by so much, as a cosine, until splats are sorted again. */
@@ -12,7 +14,7 @@ const SAME_VIEW = 0.9999;
 const VERTEX = `#version 300 es
 precision highp float;
 precision highp usampler2D;
-in uint number;
+layout(location = 0) in uint number;
 uniform usampler2D splats;
 uniform mat4 camera;
 uniform vec2 viewport;
@@ -101,22 +103,11 @@ export class Splats {
   /** Makes everything in a context that is new. */
   begin(gl) {
     this.gl = gl;
-    const program = (this.program = gl.createProgram());
-    for (const [kind, text] of [
-      [gl.VERTEX_SHADER, VERTEX],
-      [gl.FRAGMENT_SHADER, FRAGMENT],
-    ]) {
-      const shader = gl.createShader(kind);
-      gl.shaderSource(shader, text);
-      gl.compileShader(shader);
-      gl.attachShader(program, shader);
-    }
-    gl.bindAttribLocation(program, 0, "number");
-    gl.linkProgram(program);
-    if (!gl.getProgramParameter(program, gl.LINK_STATUS) && !gl.isContextLost())
+    this.program = program(gl, VERTEX, FRAGMENT);
+    if (!this.program)
       throw new Error("This browser does not draw the photographs of the place: its graphics refuse the shader");
     this.uniforms = Object.fromEntries(
-      ["camera", "viewport", "ceiling"].map((name) => [name, gl.getUniformLocation(program, name)]),
+      ["camera", "viewport", "ceiling"].map((name) => [name, gl.getUniformLocation(this.program, name)]),
     );
     this.texture = gl.createTexture();
     gl.bindTexture(gl.TEXTURE_2D, this.texture);

@@ -1,5 +1,6 @@
 // Draws the place: photographs as splats, floor, outline, anchors, image sources, path, sounds and the listener, in WebGL.
 
+import { program } from "./shader.js";
 import { add, cross, length, minus, normal, perspective, product, project, times, turn, view } from "./turns.js";
 
 const VERTEX = `
@@ -79,28 +80,19 @@ export class Stage {
   begin() {
     const options = { antialias: true, alpha: false, xrCompatible: false };
     const gl = (this.gl = this.canvas.getContext("webgl2", options) ?? this.canvas.getContext("webgl", options));
-    this.lost = !gl;
-    if (!gl) return;
-    const shader = (kind, text) => {
-      const made = gl.createShader(kind);
-      gl.shaderSource(made, text);
-      gl.compileShader(made);
-      return made;
-    };
-    const program = (this.program = gl.createProgram());
-    gl.attachShader(program, shader(gl.VERTEX_SHADER, VERTEX));
-    gl.attachShader(program, shader(gl.FRAGMENT_SHADER, FRAGMENT));
-    gl.linkProgram(program);
-    gl.useProgram(program);
+    this.program = gl && program(gl, VERTEX, FRAGMENT);
+    this.lost = !this.program;
+    if (this.lost) return;
+    gl.useProgram(this.program);
     this.uniforms = Object.fromEntries(
-      ["camera", "scale", "round"].map((name) => [name, gl.getUniformLocation(program, name)]),
+      ["camera", "scale", "round"].map((name) => [name, gl.getUniformLocation(this.program, name)]),
     );
     [
       ["place", 3, 0],
       ["colour", 4, 3],
       ["size", 1, 7],
     ].forEach(([name, count, from]) => {
-      const at = gl.getAttribLocation(program, name);
+      const at = gl.getAttribLocation(this.program, name);
       gl.enableVertexAttribArray(at);
       (this.attributes ??= {})[name] = [at, count, 4 * from];
     });

@@ -33,7 +33,8 @@ struct Further {
     offset: Vec3,
 }
 
-/// One instance of the module. What goes wrong is said in words.
+/// One instance of the module: loaded in a Worker, then played on the audio thread, which gets its memory. What goes wrong is
+/// said in words.
 pub struct Engine {
     rate_hz: f64,
     head: Option<Head>,

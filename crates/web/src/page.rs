@@ -38,6 +38,7 @@ pub fn files() -> &'static [(&'static str, &'static str)] {
         "orientation.js",
         "output.js",
         "path.js",
+        "shader.js",
         "site.js",
         "splats.js",
         "splats-sorter.js",

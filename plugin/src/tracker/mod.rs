@@ -32,7 +32,7 @@ enum Last {
     Angles([f32; 3]),
 }
 
-/// One instance's tracker.
+/// One instance's tracker. Its OSC input owns it and publishes its poses; the audio thread never sees it.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Tracker {
     facing: Last,

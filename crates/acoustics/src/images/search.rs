@@ -34,7 +34,7 @@ impl Default for ImageOptions {
     }
 }
 
-/// The images of one source.
+/// The images of one source. Searched once in a [`Room`], then asked for what each listener sees, from any thread.
 #[derive(Clone, Debug)]
 pub struct Images {
     source: DVec3,

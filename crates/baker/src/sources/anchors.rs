@@ -22,7 +22,8 @@ pub const MAX_ANCHORS: usize = 65_536;
 /// Neighbours that an anchor may have.
 pub const MAX_NEIGHBOURS: usize = 1024;
 
-/// Anchors with their features, and where their world lies in the scene.
+/// Anchors with their features, and where their world lies in the scene. Made of a reconstruction and kept in a file, which
+/// training and `import` read.
 #[derive(Clone, Debug, PartialEq)]
 pub struct AnchorSet {
     /// Where the cloud's world lies in the scene's.

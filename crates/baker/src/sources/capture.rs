@@ -35,7 +35,7 @@ use promenade_core::glam::Vec3;
 use promenade_core::{CameraPath, Pose};
 use std::path::{Path, PathBuf};
 
-/// Recordings of one place.
+/// Recordings of one place. Loaded from a folder, or made of responses; training and evaluation read it.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Capture {
     /// Name of the place.

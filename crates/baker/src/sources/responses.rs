@@ -73,7 +73,7 @@ pub enum Levels {
     Even,
 }
 
-/// Responses of one room at one sample rate.
+/// Responses of one room at one sample rate. Loaded from files or simulated; baked into a scene, written, or made a capture of.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Responses {
     /// Name of the set.

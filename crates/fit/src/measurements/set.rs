@@ -39,7 +39,7 @@ pub struct Measurement {
     pub samples: Vec<f32>,
 }
 
-/// A set of responses of one rate.
+/// A set of responses of one rate. Loaded from files once; fits, baselines and judges read it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Measurements {
     /// Name of the set.
