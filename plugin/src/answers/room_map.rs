@@ -39,7 +39,6 @@ pub struct RoomMap {
 
 impl RoomMap {
     /// The least and the greatest value of a measure.
-    #[must_use]
     pub fn range(&self, measure: usize) -> Option<(f32, f32)> {
         let values = || self.places.iter().filter_map(|(_, measured)| measured[measure]);
         let (low, high) = values().fold((f32::INFINITY, f32::NEG_INFINITY), |(low, high), v| (low.min(v), high.max(v)));
@@ -48,7 +47,6 @@ impl RoomMap {
     }
 
     /// What is measured at the place nearest to one of the plan, if that is on the map.
-    #[must_use]
     pub fn at(&self, plan: Vec2) -> Option<&Measured> {
         let far = |place: &Vec3| (place.truncate() - plan).abs().max_element();
         let nearest = self.places.iter().min_by(|a, b| far(&a.0).total_cmp(&far(&b.0)))?;

@@ -32,13 +32,11 @@ impl Account {
     ///
     /// # Real-time
     /// Any thread; no allocation, lock or I/O.
-    #[must_use]
     pub fn held(&self) -> Grant {
         Grant::of_index(self.held.load(Ordering::Relaxed))
     }
 
     /// What it takes as it plays now, share of one core.
-    #[must_use]
     pub fn cost(&self) -> f32 {
         self.cost_of(self.held())
     }

@@ -18,7 +18,6 @@ pub(crate) static ALLOCATION: Mutex<Weak<TaskHandle>> = Mutex::new(Weak::new());
 ///
 /// # Real-time
 /// Any thread; no allocation, lock or I/O.
-#[must_use]
 pub fn limit_percent() -> Option<f32> {
     let percent = f32::from_bits(LIMIT.load(Ordering::Relaxed));
     (percent > 0.0).then_some(percent)
@@ -42,10 +41,7 @@ impl PersistentField<'_, Option<f32>> for SavedLimit {
         set_limit_percent(saved);
     }
 
-    fn map<F, R>(&self, f: F) -> R
-    where
-        F: Fn(&Option<f32>) -> R,
-    {
+    fn map<F: Fn(&Option<f32>) -> R, R>(&self, f: F) -> R {
         f(&limit_percent())
     }
 }

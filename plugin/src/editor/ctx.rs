@@ -173,7 +173,6 @@ pub struct Ctx<'a> {
 
 impl Ctx<'_> {
     /// The parameters and what is saved beside them.
-    #[must_use]
     pub fn params(&self) -> &PromenadeParams {
         &self.instance.params
     }
@@ -184,31 +183,26 @@ impl Ctx<'_> {
     }
 
     /// A parameter's plain value: the one that the user is setting, else the one that is heard.
-    #[must_use]
     pub fn value(&self, parameter: Parameter) -> f32 {
         self.gestures.value(parameter).unwrap_or_else(|| self.instance.params.heard(parameter))
     }
 
     /// A choice's index or a slot's number.
-    #[must_use]
     pub fn index(&self, parameter: Parameter) -> usize {
         index(self.value(parameter))
     }
 
     /// Whether a switch is on.
-    #[must_use]
     pub fn is_on(&self, parameter: Parameter) -> bool {
         self.value(parameter) > 0.5
     }
 
     /// The path of a source, 0 for the first, followed or not.
-    #[must_use]
     pub fn source_walk(&self, source: usize) -> Option<&Walk> {
         self.source_walks?.get(source)?.as_ref()
     }
 
     /// Where a source is in a scene that has its emitter at `home`, metres.
-    #[must_use]
     pub fn source_at(&self, home: Vec3, source: usize) -> Vec3 {
         let value = |parameter| self.value(parameter);
         let walk = self.source_walk(source);
@@ -217,7 +211,6 @@ impl Ctx<'_> {
     }
 
     /// What the project says of its sources.
-    #[must_use]
     pub fn project_sources(&self) -> &SavedSources {
         self.sources
     }
@@ -229,20 +222,17 @@ impl Ctx<'_> {
     }
 
     /// Whether a source is heard, 0 for the first.
-    #[must_use]
     pub fn is_heard(&self, source: usize) -> bool {
         self.params().sources.is_heard(source)
     }
 
     /// The colour of a source, 0 for the first.
-    #[must_use]
     pub fn source_colour(&self, source: usize) -> Color32 {
         let own = self.project_sources().of(source).colour;
         own.map_or(self.palette.emitter, |[r, g, b]| Color32::from_rgb(r, g, b))
     }
 
     /// Whether a place is outside of the walls, where those are known.
-    #[must_use]
     pub fn is_outside(&self, place: Vec3) -> bool {
         match self.drawn_room() {
             Some(room) => !room.holds(place),
@@ -251,7 +241,6 @@ impl Ctx<'_> {
     }
 
     /// The sources that stand outside of the walls, 0 for the first.
-    #[must_use]
     pub fn sources_outside(&self) -> Vec<usize> {
         let Some(home) = self.scene.and_then(|scene| scene.emitter()) else { return Vec::new() };
         (0..=self.params().further()).filter(|source| self.is_outside(self.source_at(home, *source))).collect()
@@ -346,7 +335,6 @@ impl Ctx<'_> {
     }
 
     /// The drawn room, if that is what the parameters choose.
-    #[must_use]
     pub fn drawn_room(&self) -> Option<DrawnRoom> {
         let own = self.index(Parameter::Scene) == SceneChoice::Library.to_index() && self.index(Parameter::Slot) == 0;
         self.params().room.get().0.filter(|_| own)

@@ -13,7 +13,6 @@ const MOST_DB: f32 = 24.0;
 const MOST_US: f32 = 900.0;
 
 /// Azimuth, positive to the left, and elevation of a point from a head, degrees; and its distance, metres.
-#[must_use]
 pub(super) fn seen_from(pose: &Pose, world: Vec3) -> (f32, f32, f32) {
     let head = pose.to_head(world);
     let azimuth = head.y.atan2(head.x);

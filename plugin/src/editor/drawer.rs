@@ -18,7 +18,6 @@ use egui::{Align, Frame, Layout, Margin, Sense, Ui, UiBuilder, vec2};
 const HEIGHT: f32 = 208.0;
 
 /// All panels, in the order of their tabs.
-#[must_use]
 pub(super) fn panels() -> Vec<Box<dyn Panel>> {
     vec![
         Box::<SourcesPanel>::default(),

@@ -106,7 +106,6 @@ pub const LIGHT: Palette = Palette {
 
 impl Palette {
     /// The colours of a theme.
-    #[must_use]
     pub fn of(theme: Theme) -> &'static Self {
         match theme {
             Theme::Dark => &DARK,
@@ -115,19 +114,16 @@ impl Palette {
     }
 
     /// Text on the accent or on the panel, in the size of a caption.
-    #[must_use]
     pub fn caption() -> FontId {
         FontId::new(11.0, FontFamily::Proportional)
     }
 
     /// Body text.
-    #[must_use]
     pub fn body() -> FontId {
         FontId::new(12.5, FontFamily::Proportional)
     }
 
     /// Titles of sections.
-    #[must_use]
     pub fn heading() -> FontId {
         FontId::new(12.5, FontFamily::Name(SEMI_BOLD.into()))
     }
@@ -146,7 +142,6 @@ pub const SOURCE_COLOURS: [[u8; 3]; 8] = [
 ];
 
 /// A colour with a share of its opacity.
-#[must_use]
 pub fn faded(colour: Color32, share: f32) -> Color32 {
     colour.gamma_multiply(share)
 }

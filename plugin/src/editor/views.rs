@@ -53,7 +53,6 @@ pub struct Views {
 
 impl Views {
     /// Nothing is asked yet; loudness of what comes through the queue is measured from now on.
-    #[must_use]
     pub(super) fn new(repaint: &Repaint, sound: &Arc<SoundQueue>, sample_rate_hz: f64) -> Self {
         let meter = LoudnessMeter::new(Arc::clone(sound), sample_rate_hz);
         let task = METER.add(meter.clone()).inspect_err(|error| nice_error!("no thread to measure loudness: {error}"));

@@ -34,7 +34,6 @@ pub struct PromenadeEditor {
 
 impl PromenadeEditor {
     /// The editor of an instance; nothing is opened yet.
-    #[must_use]
     pub fn new(instance: Instance) -> Self {
         Self { instance, geometry: Arc::default() }
     }

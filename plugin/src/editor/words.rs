@@ -326,13 +326,11 @@ fn of(parameter: Parameter) -> (&'static str, &'static str) {
 
 impl Word {
     /// As it is written.
-    #[must_use]
     pub fn label(self) -> &'static str {
         self.row().0
     }
 
     /// What it means.
-    #[must_use]
     pub fn help(self) -> &'static str {
         self.row().1
     }

@@ -1,6 +1,6 @@
 //! The plugin as hosts call it: activation, blocks, parameters and editor.
 
-use super::further_input::{self, FurtherInput};
+use super::further_input;
 use super::guard::{Fuse, guard};
 use super::input::Input;
 use super::kind::Kind;
@@ -49,7 +49,6 @@ pub struct Promenade<const FURTHER: usize = 0> {
     osc: Switch,
     spender: Spender,
     input: Input,
-    further: FurtherInput<FURTHER>,
     timing: Timing,
     monitor: Monitor<FURTHER>,
     ramps: Ramps<FURTHER>,
@@ -116,7 +115,6 @@ impl<const FURTHER: usize> Default for Promenade<FURTHER> {
             osc: Switch::new(Arc::clone(&osc)),
             spender: Spender::new(Arc::clone(&account)),
             input: Input::default(),
-            further: FurtherInput::default(),
             timing: Timing::default(),
             ramps: Ramps::default(),
             fuse: Fuse::default(),
@@ -196,7 +194,6 @@ impl<const FURTHER: usize> Promenade<FURTHER> {
             self.playing.headphones.reset();
         }
         self.input.take(outputs, snapshot.first_gain, self.timing.sample_rate_hz);
-        self.further.take(further, snapshot, from, total, self.timing.sample_rate_hz);
         let others = further.iter_mut().flat_map(|input| input.as_slice().iter_mut().map(|channel| &mut **channel));
         let inputs = outputs.iter_mut().map(|channel| &mut **channel).chain(others);
         self.spender.fade_in(inputs, total, self.timing.sample_rate_hz);
@@ -216,7 +213,7 @@ impl<const FURTHER: usize> Promenade<FURTHER> {
             let on_path = |further| listener.source_offset(1 + further, span.end - 1);
             let others: [Voice; FURTHER] = further_input::of_span(further, snapshot, from, span.clone(), share, on_path);
             self.monitor.measure_further(&others);
-            let all = input[..channels].iter().copied().chain(others.iter().map(|other| other.input));
+            let all = input[..channels].iter().copied().chain(others.iter().filter(|o| o.level > 0.0).map(|other| other.input));
             let sounds = all.flatten().any(|sample| sample.abs() >= SILENCE);
             self.timing.quiet = if sounds { 0 } else { self.timing.quiet.saturating_add(span.len()) };
             for (spatializer, pair) in spatializers.iter_mut().zip(outputs.chunks_mut(2)) {
@@ -322,7 +319,6 @@ impl<const FURTHER: usize> Promenade<FURTHER> {
         self.playing.reset();
         self.listener.glide.jump();
         self.ramps = Ramps::default();
-        self.further.reset();
         self.input.reset();
         self.timing.quiet = 0;
         self.timing.clock = Clock::default();

@@ -68,13 +68,11 @@ impl History {
     }
 
     /// Whether there is something to undo, and to redo.
-    #[must_use]
     pub fn can(&self) -> (bool, bool) {
         (!self.done.is_empty(), !self.undone.is_empty())
     }
 
     /// Whether B is heard, not A.
-    #[must_use]
     pub fn is_b(&self) -> bool {
         self.b
     }

@@ -17,13 +17,11 @@ pub type ContentHash = String;
 static SCENES: LazyLock<Mutex<HashMap<ContentHash, Weak<Scene>>>> = LazyLock::new(Mutex::default);
 
 /// The name of a scene file by its content.
-#[must_use]
 pub fn content_hash(bytes: &[u8]) -> ContentHash {
     blake3::hash(bytes).to_hex().to_string()
 }
 
 /// The scene of that content, if any instance in this process holds it.
-#[must_use]
 pub fn in_memory(hash: &str) -> Option<Arc<Scene>> {
     lock(&SCENES).get(hash).and_then(Weak::upgrade)
 }

@@ -64,7 +64,6 @@ pub const PLACES: [Place; 11] = [
 ];
 
 /// The place of a file name.
-#[must_use]
 pub fn place(file: &str) -> Option<&'static Place> {
     PLACES.iter().find(|place| place.file == file)
 }

@@ -26,13 +26,11 @@ pub struct Listed {
 
 impl Listed {
     /// The file's name without its extension.
-    #[must_use]
     pub fn file_name(&self) -> &str {
         self.path.file_stem().and_then(|name| name.to_str()).unwrap_or_default()
     }
 
     /// The scene's title, or the file's name until that is known.
-    #[must_use]
     pub fn title(&self) -> &str {
         match &self.card {
             Some(Ok(card)) if !card.provenance.title.is_empty() => &card.provenance.title,
@@ -64,13 +62,11 @@ pub struct Lister {
 
 impl Lister {
     /// Nothing listed yet; `repaint` is asked for a picture whenever the list changes.
-    #[must_use]
     pub fn new(repaint: Repaint) -> Arc<Self> {
         Arc::new(Self { newest: Mutex::default(), repaint })
     }
 
     /// What is known so far.
-    #[must_use]
     pub fn newest(&self) -> Arc<Listing> {
         Arc::clone(&lock(&self.newest))
     }

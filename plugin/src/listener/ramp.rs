@@ -122,9 +122,9 @@ fn beginning<const FURTHER: usize>(last: &Snapshot<FURTHER>, now: &Snapshot<FURT
     start
 }
 
-/// Where a further source is at a share of the way through a block, 0 to 1, metres from the scene's emitter.
-pub(crate) fn offset_at(from: &FurtherPlace, to: &FurtherPlace, share: f32) -> Vec3 {
-    from.offset.lerp(to.offset, share)
+/// Place and level of a further source at a share of the way through a block, 0 to 1.
+pub(crate) fn place_at(from: &FurtherPlace, to: &FurtherPlace, share: f32) -> FurtherPlace {
+    FurtherPlace { offset: from.offset.lerp(to.offset, share), gain: from.gain + share * (to.gain - from.gain) }
 }
 
 /// The settings at a share of the way through a block, 0 to 1.

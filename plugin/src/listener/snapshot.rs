@@ -55,7 +55,6 @@ impl<const FURTHER: usize> Snapshot<FURTHER> {
     ///
     /// # Real-time
     /// Audio thread; no allocation, lock or I/O.
-    #[must_use]
     pub fn of(params: &PromenadeParams) -> Self {
         let value = |parameter| params.heard(parameter);
         let group = GroupChoice::from_index(params.index(Parameter::Group)).number();
@@ -102,7 +101,6 @@ pub fn pose_of(value: impl Fn(Parameter) -> f32) -> Pose {
 }
 
 /// The position and angle parameters with the plain values that set a pose, within their limits.
-#[must_use]
 pub fn values_of(pose: &Pose) -> [(Parameter, f32); 6] {
     let (yaw, pitch, roll) = pose.ypr();
     let [yaw, pitch, roll] = [yaw, pitch, roll].map(f32::to_degrees);

@@ -86,7 +86,6 @@ impl Task for Osc {
 
 impl Osc {
     /// Opens nothing yet. Restored settings are taken at once, from the first activation on.
-    #[must_use]
     pub fn new(
         params: Arc<PromenadeParams>,
         exchange: Arc<Exchange>,
@@ -169,7 +168,6 @@ impl Osc {
     }
 
     /// What has come in and gone out.
-    #[must_use]
     pub fn status(&self) -> OscStatus {
         let applied = lock(&self.applied);
         let (counts, heard) = self.receiver.report();

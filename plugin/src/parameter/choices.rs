@@ -35,7 +35,6 @@ macro_rules! choices {
 
         impl Choice {
             /// What there is to choose from.
-            #[must_use]
             pub fn variants(self) -> Variants {
                 match self {
                     $(Self::$choice => Variants { ids: &[$($id),*], names: &[$($name),*], help: &[$($help),*] },)*
@@ -119,7 +118,6 @@ choices! {
 
 impl GroupChoice {
     /// Index of the group in the process, from 0; `None` without a group.
-    #[must_use]
     pub fn number(self) -> Option<usize> {
         (self as usize).checked_sub(1)
     }

@@ -63,7 +63,6 @@ pub enum Unit {
 
 impl Unit {
     /// As it stands behind a number, with the space between them.
-    #[must_use]
     pub fn suffix(self) -> &'static str {
         match self {
             Self::Metre => " m",
@@ -75,7 +74,6 @@ impl Unit {
     }
 
     /// Digits behind the point, as hosts show them.
-    #[must_use]
     pub fn digits(self) -> usize {
         match self {
             Self::Metre => 3,

@@ -36,30 +36,27 @@ pub struct SourceKnob {
     pub part: Part,
 }
 
-/// Rows of the parameters of each source, and the sources' names; users count the first input's as 1.
+/// A row of a source, which users count from 1.
+macro_rules! row {
+    ($n:literal, $id:literal, $name:literal, $values:expr, $default:expr, $label:literal, $help:literal) => {
+        Row {
+            id: concat!($id, $n), name: concat!("Source ", $n, $name), module: concat!("Source ", $n), values: $values,
+            default: $default, label: $label, help: $help,
+        }
+    };
+}
+
+/// Rows of the parameters of each source, and the sources' names.
 macro_rules! sources {
     ($($number:literal)*) => {
         static ROWS: [[Row; Part::ALL.len()]; MOST_FURTHER] = [$([
-            Row {
-                id: concat!("ex", $number), name: concat!("Source ", $number, " Offset X"), module: concat!("Source ", $number),
-                values: METRES, default: at_first($number).0, label: "x",
-                help: "Moves this source ahead from the place of the scene's source",
-            },
-            Row {
-                id: concat!("ey", $number), name: concat!("Source ", $number, " Offset Y"), module: concat!("Source ", $number),
-                values: METRES, default: at_first($number).1, label: "y",
-                help: "Moves this source to the left from the place of the scene's source",
-            },
-            Row {
-                id: concat!("ez", $number), name: concat!("Source ", $number, " Offset Z"), module: concat!("Source ", $number),
-                values: METRES, default: 0.0, label: "z",
-                help: "Moves this source up from the place of the scene's source",
-            },
-            Row {
-                id: concat!("level", $number), name: concat!("Source ", $number, " Level"), module: concat!("Source ", $number),
-                values: LEVEL, default: 0.0, label: "Level",
-                help: "How loud this source's input is taken; all the way down it is silent",
-            },
+            row!($number, "ex", " Offset X", METRES, at_first($number).0, "x",
+                "Moves this source ahead from the place of the scene's source"),
+            row!($number, "ey", " Offset Y", METRES, at_first($number).1, "y",
+                "Moves this source to the left from the place of the scene's source"),
+            row!($number, "ez", " Offset Z", METRES, 0.0, "z", "Moves this source up from the place of the scene's source"),
+            row!($number, "level", " Level", LEVEL, 0.0, "Level",
+                "How loud this source's input is taken; all the way down it is silent"),
         ],)*];
         /// Names of the sources and of their inputs.
         pub const SOURCES: [&str; MOST_FURTHER] = [$(concat!("Source ", $number),)*];
@@ -102,13 +99,11 @@ pub const KNOBS: [SourceKnob; MOST_FURTHER * Part::ALL.len()] = {
 
 impl SourceKnob {
     /// Its number among [`KNOBS`].
-    #[must_use]
     pub fn number(self) -> usize {
         self.further * Part::ALL.len() + self.part as usize
     }
 
     /// What there is to know about it.
-    #[must_use]
     pub(super) fn row(self) -> &'static Row {
         &ROWS[self.further][self.part as usize]
     }

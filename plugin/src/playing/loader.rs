@@ -105,7 +105,6 @@ struct Current {
 
 impl Loader {
     /// Loads nothing yet.
-    #[must_use]
     pub fn new(params: Arc<PromenadeParams>) -> Arc<Self> {
         let loader = Arc::new(Self {
             params,
@@ -192,7 +191,6 @@ impl Loader {
     ///
     /// # Real-time
     /// Audio thread; no allocation, lock or I/O.
-    #[must_use]
     pub fn choices(&self) -> Choices {
         self.exchange.choices(&self.params)
     }

@@ -65,7 +65,7 @@ impl<const FURTHER: usize> Monitor<FURTHER> {
     pub(crate) fn measure_further(&mut self, further: &[Voice<'_>]) {
         if self.telemetry.watched.is_on() {
             for (number, source) in further.iter().enumerate() {
-                let peak = peak(source.input);
+                let peak = source.level * peak(source.input);
                 raise(&mut self.frame.input_peak, [peak, 0.0]);
                 let held = &mut self.frame.source_peaks[1 + number];
                 *held = held.max(peak);

@@ -23,7 +23,6 @@ pub const LATENCIES: &str = "frame, 64 or none";
 static PLAYER: OnceLock<Player> = OnceLock::new();
 
 /// The process's player, if it was set up: in the standalone program only.
-#[must_use]
 pub fn player() -> Option<&'static Player> {
     PLAYER.get()
 }
@@ -95,7 +94,6 @@ impl Player {
     }
 
     /// The camera path that an instance begins with.
-    #[must_use]
     pub fn walk(&self) -> Option<&SavedWalk> {
         self.walk.get()
     }
@@ -108,7 +106,6 @@ impl Player {
     }
 
     /// The latency that an instance begins with.
-    #[must_use]
     pub fn latency(&self) -> LatencyChoice {
         self.latency.get().copied().unwrap_or(LatencyChoice::Frame)
     }

@@ -66,7 +66,6 @@ impl Exchange {
     ///
     /// # Real-time
     /// Audio thread; no allocation, lock or I/O.
-    #[must_use]
     pub fn choices(&self, params: &PromenadeParams) -> Choices {
         let slot = |parameter| u32::try_from(params.index(parameter)).unwrap_or(0);
         Choices {

@@ -53,10 +53,7 @@ impl PersistentField<'_, Option<SavedLeader>> for GroupLeader {
         self.saved.restore(saved);
     }
 
-    fn map<F, R>(&self, done: F) -> R
-    where
-        F: Fn(&Option<SavedLeader>) -> R,
-    {
+    fn map<F: Fn(&Option<SavedLeader>) -> R, R>(&self, done: F) -> R {
         // Without a leader here, as in a process of its own, the one that was saved is kept.
         let now = self.find.get().and_then(|find| find());
         done(&now.unwrap_or_else(|| self.saved.get().0))

@@ -18,7 +18,6 @@ pub struct SceneFrame {
 
 impl SceneFrame {
     /// That of a scene; its emitter is where the listener begins if the scene does not say.
-    #[must_use]
     pub fn of(scene: &Scene) -> Self {
         let start = scene.start_pose();
         let origin = start.position;
@@ -26,13 +25,11 @@ impl SceneFrame {
     }
 
     /// From axes ahead, left and up of where the listener begins to the world's.
-    #[must_use]
     pub fn to_world(&self, ahead: Vec3) -> Vec3 {
         self.origin + Quat::from_rotation_z(self.yaw) * ahead
     }
 
     /// The other way.
-    #[must_use]
     pub fn from_world(&self, world: Vec3) -> Vec3 {
         Quat::from_rotation_z(-self.yaw) * (world - self.origin)
     }

@@ -29,7 +29,6 @@ impl Attention {
     }
 
     /// The newest weights of a scene, if it was decoded while an editor was open.
-    #[must_use]
     pub fn in_scene(&self, scene: &Arc<Scene>) -> Option<Arc<AttentionWeights>> {
         let newest = Arc::clone(&lock(&self.newest));
         let same = newest.scene.upgrade().is_some_and(|held| Arc::ptr_eq(&held, scene));

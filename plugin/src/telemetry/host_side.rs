@@ -157,7 +157,6 @@ struct State {
 
 impl HostSide {
     /// Nothing is known yet; `repaint` is asked for a picture whenever something is.
-    #[must_use]
     pub fn new(repaint: Repaint, params: Arc<PromenadeParams>) -> Self {
         Self { values: HostValues::new(params, repaint.clone()), repaint, ..Self::default() }
     }
@@ -169,7 +168,6 @@ impl HostSide {
 
     /// That of the plugin which this thread has just made: the framework's wrappers make theirs where they are, and lead to
     /// it in no other way.
-    #[must_use]
     pub fn newborn() -> Option<Arc<Self>> {
         NEWBORN.take().upgrade()
     }
@@ -193,7 +191,6 @@ impl HostSide {
     }
 
     /// Samples by which the sound is late, as of the last activation.
-    #[must_use]
     pub fn latency(&self) -> u32 {
         self.latency.load(Ordering::Acquire)
     }
@@ -208,7 +205,6 @@ impl HostSide {
     }
 
     /// The latency for a host that asks for it, and keeps what it is told.
-    #[must_use]
     pub fn tell_latency(&self) -> u32 {
         let latency = self.latency();
         // One more, so that 0 stands for none.
@@ -217,7 +213,6 @@ impl HostSide {
     }
 
     /// Whether the host was told another latency than there is.
-    #[must_use]
     pub fn is_mistaken(&self) -> bool {
         let told = self.told.load(Ordering::Acquire);
         told != 0 && told != self.latency().saturating_add(1)
@@ -265,7 +260,6 @@ impl HostSide {
     }
 
     /// Samples for which the plugin sounds on after its input, latency included: as of the last activation or block.
-    #[must_use]
     pub fn tail(&self) -> u32 {
         self.tail.load(Ordering::Acquire)
     }
@@ -288,7 +282,6 @@ impl HostSide {
     }
 
     /// The track.
-    #[must_use]
     pub fn track(&self) -> Track {
         lock(&self.state).track.clone()
     }
@@ -300,7 +293,6 @@ impl HostSide {
     }
 
     /// What a parameter is marked with.
-    #[must_use]
     pub fn mark(&self, parameter: Parameter) -> Mark {
         lock(&self.state).marks.get(parameter.id()).cloned().unwrap_or_default()
     }
@@ -336,7 +328,6 @@ impl HostSide {
     }
 
     /// What is asked, once.
-    #[must_use]
     pub fn take_requests(&self) -> Vec<MenuRequest> {
         std::mem::take(&mut lock(&self.state).requests)
     }
@@ -348,7 +339,6 @@ impl HostSide {
     }
 
     /// The lines for a parameter, as far as they have come.
-    #[must_use]
     pub fn menu(&self, parameter: Parameter) -> Vec<MenuItem> {
         let state = lock(&self.state);
         let known = state.menu.as_ref().filter(|(of, _)| *of == parameter);

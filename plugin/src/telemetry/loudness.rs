@@ -141,14 +141,12 @@ struct State {
 
 impl LoudnessMeter {
     /// A meter of sound of a rate.
-    #[must_use]
     pub fn new(queue: Arc<SoundQueue>, rate_hz: f64) -> Arc<Self> {
         queue.open(rate_hz);
         Arc::new(Self { queue, state: Mutex::default() })
     }
 
     /// The newest levels.
-    #[must_use]
     pub fn newest(&self) -> Loudness {
         lock(&self.state).newest
     }

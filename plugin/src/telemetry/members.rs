@@ -55,7 +55,6 @@ pub struct Spending {
 }
 
 /// The share of each, in the order in which they came.
-#[must_use]
 pub fn spending() -> Vec<Spending> {
     let alive = |known: &Known| Some((known.side.upgrade()?, known.account.upgrade()?));
     let all: Vec<_> = lock(&ALL).iter().filter_map(alive).collect();
@@ -81,7 +80,6 @@ fn leader_of(of: &PromenadeParams) -> Option<Option<SavedLeader>> {
 }
 
 /// The instances of a group by its key, in the order in which they came.
-#[must_use]
 pub fn of_group(key: u64) -> Vec<Member> {
     let alive = |known: &Known| Some((known.params.upgrade()?, known.side.upgrade()?));
     let all: Vec<_> = lock(&ALL).iter().filter_map(alive).collect();

@@ -92,7 +92,6 @@ impl Default for Frame {
 }
 
 /// Frequency of a point of the masks, Hz; evenly spaced in octaves.
-#[must_use]
 pub fn frequency_hz(point: usize) -> f32 {
     hertz(point as f32 / (MASK_POINTS - 1) as f32)
 }
@@ -117,7 +116,6 @@ impl Frame {
     ///
     /// # Real-time
     /// Audio thread; no allocation, lock or I/O.
-    #[must_use]
     pub fn is_loud(&self) -> bool {
         [self.input_peak, self.output_peak].as_flattened().iter().any(|peak| decibels(*peak) > QUIET_DB)
     }
@@ -126,7 +124,6 @@ impl Frame {
     ///
     /// # Real-time
     /// Audio thread; no allocation, lock or I/O.
-    #[must_use]
     pub fn differs_from(&self, seen: &Self) -> bool {
         let states = |f: &Self| (f.base, f.tracked, f.leads, f.playing, f.tier, f.dry, f.offline, f.sounding, f.cancels);
         let near = |a: f32, b: f32, step: f32| (a - b).abs() < step;
@@ -183,7 +180,6 @@ impl Frame {
 }
 
 /// A linear gain as dB, not below [`FLOOR_DB`].
-#[must_use]
 pub fn decibels(gain: f32) -> f32 {
     if gain > 1e-6 { 20.0 * gain.log10() } else { FLOOR_DB }
 }
@@ -214,13 +210,11 @@ impl Telemetry {
     ///
     /// # Real-time
     /// Audio thread; no allocation, lock or I/O.
-    #[must_use]
     pub fn is_followed(&self) -> bool {
         self.watched.is_on() || self.sent.is_on()
     }
 
     /// No editor is open yet.
-    #[must_use]
     pub fn new() -> Arc<Self> {
         let telemetry = Self {
             watched: Flag::default(),

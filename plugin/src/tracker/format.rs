@@ -166,19 +166,16 @@ static VMC: [Form; 1] = [form("/VMC/Ext/Bone/Pos/Head", &[Word, Skip(3), Quatern
 
 impl TrackerFormat {
     /// As users read it.
-    #[must_use]
     pub fn title(self) -> &'static str {
         self.row().0
     }
 
     /// The port that trackers of this format send to when nothing else is set.
-    #[must_use]
     pub fn port(self) -> u16 {
         self.row().1
     }
 
     /// Its addresses; none for [`TrackerFormat::Promenade`] and [`TrackerFormat::Custom`].
-    #[must_use]
     pub fn forms(self) -> &'static [Form] {
         self.row().2
     }

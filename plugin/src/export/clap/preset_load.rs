@@ -33,7 +33,6 @@ enum Place {
     File(PathBuf),
 }
 
-#[expect(unsafe_code, reason = "hosts hand over pointers")]
 unsafe extern "C" fn from_location(
     plugin: *const clap_plugin,
     kind: u32,

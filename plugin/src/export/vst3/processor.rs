@@ -36,7 +36,6 @@ pub(super) fn amend(ours: &mut IAudioProcessorVtbl) {
 ///
 /// # Real-time
 /// Audio thread; no allocation, lock or I/O.
-#[expect(unsafe_code, reason = "hosts hand over pointers")]
 unsafe extern "system" fn process(this: *mut IAudioProcessor, data: *mut ProcessData) -> tresult {
     guard(kResultFalse, || {
         let table = table(this);
@@ -82,7 +81,6 @@ fn is_offline(mode: i32) -> bool {
 ///
 /// # Safety
 /// The block is as hosts hand it over.
-#[expect(unsafe_code, reason = "hosts hand over pointers")]
 unsafe fn changes(block: &ProcessData) -> impl Iterator<Item = (u32, u32, Change)> {
     // SAFETY: the host hands over a list or none, which gives out as many queues, each with as many points, as it says.
     let list = unsafe { ComRef::<IParameterChanges>::from_raw(block.inputParameterChanges) };
@@ -102,7 +100,6 @@ unsafe fn changes(block: &ProcessData) -> impl Iterator<Item = (u32, u32, Change
 }
 
 /// Takes over whether the host plays.
-#[expect(unsafe_code, reason = "hosts hand over pointers")]
 unsafe extern "system" fn set_processing(this: *mut IAudioProcessor, state: TBool) -> tresult {
     let table = table(this);
     // SAFETY: the plugin is the framework's, and the host's argument is handed on.
@@ -114,18 +111,15 @@ unsafe extern "system" fn set_processing(this: *mut IAudioProcessor, state: TBoo
     })
 }
 
-#[expect(unsafe_code, reason = "the signature is VST3's")]
 unsafe extern "system" fn get_tail_samples(this: *mut IAudioProcessor) -> u32 {
     table(this).hosted().side.tail()
 }
 
-#[expect(unsafe_code, reason = "the signature is VST3's")]
 unsafe extern "system" fn get_latency_samples(this: *mut IAudioProcessor) -> u32 {
     table(this).hosted().side.tell_latency()
 }
 
 /// Hosts may ask for latency and tail from here on, before any activation.
-#[expect(unsafe_code, reason = "hosts hand over pointers")]
 unsafe extern "system" fn setup_processing(this: *mut IAudioProcessor, setup: *mut ProcessSetup) -> tresult {
     let table = table(this);
     // SAFETY: the plugin is the framework's, and the host's argument is handed on.
@@ -145,7 +139,6 @@ unsafe extern "system" fn setup_processing(this: *mut IAudioProcessor, setup: *m
     })
 }
 
-#[expect(unsafe_code, reason = "hosts hand over pointers")]
 unsafe extern "system" fn set_bus_arrangements(
     this: *mut IAudioProcessor,
     inputs: *mut SpeakerArrangement,
@@ -163,7 +156,6 @@ unsafe extern "system" fn set_bus_arrangements(
     result
 }
 
-#[expect(unsafe_code, reason = "hosts hand over pointers")]
 unsafe extern "system" fn get_bus_arrangement(
     this: *mut IAudioProcessor,
     dir: BusDirection,
