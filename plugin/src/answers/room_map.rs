@@ -1,8 +1,7 @@
 //! Level, T20 and C50 over the plan of the scene that is heard, as `promenade map` draws them of a mesh.
 
 use crate::answers::settled::Question;
-use crate::library::cache;
-use crate::library::outline::Outline;
+use crate::library::{cache, outline::Outline};
 use crate::parameter::cast::{index, narrow};
 use promenade_core::glam::{Vec2, Vec3};
 use promenade_core::{BlockParams, Pose, Scene, Trim};

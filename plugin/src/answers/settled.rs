@@ -1,8 +1,6 @@
 //! Answers to questions that take long, once a question has not changed for a while.
 
-use crate::worker::Task;
-use crate::worker::lock::lock;
-use crate::worker::repaint::Repaint;
+use crate::worker::{Task, lock::lock, repaint::Repaint};
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 

@@ -1,7 +1,6 @@
 //! What an instance and the allocator know of each other.
 
-use super::allocator::Claim;
-use super::grant::Grant;
+use super::{allocator::Claim, grant::Grant};
 use std::sync::atomic::{AtomicU8, AtomicU32, Ordering};
 
 /// One instance's share of the budget: the audio thread writes what it hears and takes, the allocator what it grants.

@@ -1,7 +1,6 @@
 //! The limit of the budget of processor time: the most that all instances of the process may take together.
 
-use crate::worker::TaskHandle;
-use crate::worker::lock::lock;
+use crate::worker::{TaskHandle, lock::lock};
 use nice_plug::params::persist::PersistentField;
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::sync::{Mutex, Weak};

@@ -1,9 +1,7 @@
 //! The audio thread's end of the budget.
 
-use super::allocator::USUAL_COSTS;
-use super::grant::Grant;
-use super::stop_watch::StopWatch;
 use super::{Account, join, register};
+use super::{allocator::USUAL_COSTS, grant::Grant, stop_watch::StopWatch};
 use crate::budget::limit::limit_percent;
 use crate::parameter::cast::{index, narrow, normal};
 use crate::worker::TaskHandle;
@@ -24,6 +22,7 @@ const FORGET_S: f32 = 10.0;
 const SILENCE: f32 = 1e-12;
 
 /// What one instance plays of itself, block by block. The audio thread owns it.
+#[derive(Default)]
 pub(crate) struct Spender {
     account: Arc<Account>,
     task: Option<Arc<TaskHandle>>,
@@ -53,22 +52,7 @@ pub(crate) struct Spender {
 impl Spender {
     /// Plays everything, and allocates nothing.
     pub(crate) fn new(account: Arc<Account>) -> Self {
-        Self {
-            account,
-            task: None,
-            now: Grant::Full,
-            level: 1.0,
-            taken: 0,
-            settled: 0,
-            waited: false,
-            input: 0.0,
-            ears: 0.0,
-            gain: 1.0,
-            gain_at_m: 1.0,
-            limited: false,
-            power: 0.0,
-            quiet: true,
-        }
+        Self { account, level: 1.0, gain: 1.0, gain_at_m: 1.0, quiet: true, ..Self::default() }
     }
 
     /// Starts what allocates, where it does not run yet.

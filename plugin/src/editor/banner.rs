@@ -1,9 +1,7 @@
 //! Error messages on top of the view.
 
-use super::ctx::Ctx;
 use super::theme::{Palette, faded};
-use super::widgets::button;
-use super::words::Word;
+use super::{ctx::Ctx, widgets::button, words::Word};
 use crate::parameter::Parameter;
 use egui::{Color32, Frame, Margin, RichText, Ui};
 

@@ -1,35 +1,21 @@
 //! The context that the editor's panels show and change.
 
-use super::gesture::Gestures;
 use super::host::{Host, landed};
-use super::theme::Palette;
-use super::views::Views;
-use super::words::Word;
+use super::{gesture::Gestures, theme::Palette, views::Views, words::Word};
 use crate::budget::Account;
-use crate::history::user_state::UserState;
-use crate::history::{History, Session};
-use crate::library::drawn_room::DrawnRoom;
-use crate::library::lister::Listing;
-use crate::library::outline::Outline;
-use crate::library::scene_key::SceneKey;
+use crate::history::{History, Session, user_state::UserState};
+use crate::library::{drawn_room::DrawnRoom, lister::Listing, outline::Outline, scene_key::SceneKey};
 use crate::listener::snapshot::sources_of;
 use crate::osc::Osc;
-use crate::parameter::Parameter;
-use crate::parameter::cast::index;
-use crate::parameter::choices::SceneChoice;
+use crate::parameter::{Parameter, cast::index, choices::SceneChoice};
 use crate::playing::loader::Loader;
-use crate::project::params::PromenadeParams;
-use crate::project::persisted::Persisted;
-use crate::project::preferences::Preferences;
-use crate::project::settings::EditorSettings;
-use crate::project::source_walks::SourceWalks;
-use crate::project::sources::SavedSources;
 use crate::project::walk::{SavedWalk, Walk};
-use crate::telemetry::host_side::HostSide;
-use crate::telemetry::waveform::Waveform;
-use crate::telemetry::{Frame, Telemetry};
-use crate::worker::TaskHandle;
-use crate::worker::repaint::Repaint;
+use crate::project::{
+    params::PromenadeParams, persisted::Persisted, preferences::Preferences, settings::EditorSettings,
+    source_walks::SourceWalks, sources::SavedSources,
+};
+use crate::telemetry::{Frame, Telemetry, host_side::HostSide, waveform::Waveform};
+use crate::worker::{TaskHandle, repaint::Repaint};
 use egui::Color32;
 use nice_plug::context::gui::GuiContext;
 use nice_plug::prelude::Enum;
@@ -409,6 +395,13 @@ impl Ctx<'_> {
         if let Some(before) = before {
             self.history.record(before, &UserState::of(&self.instance.params));
         }
+    }
+
+    /// Does at once what can be undone.
+    pub fn undoable(&mut self, change: impl FnOnce(&mut Self)) {
+        let before = UserState::of(self.params());
+        change(self);
+        self.history.record(before, &UserState::of(&self.instance.params));
     }
 
     /// Takes the last change back, if there is one.

@@ -1,11 +1,8 @@
 //! What both ears hear of the direct sound.
 
-use super::ctx::Ctx;
-use super::direction::dial;
-use super::panel::Panel;
 use super::plot::{Plot, along, hertz_text};
 use super::theme::{Palette, faded};
-use super::words::Word;
+use super::{ctx::Ctx, direction::dial, panel::Panel, words::Word};
 use crate::parameter::cast::index;
 use crate::telemetry::{FLOOR_DB, HIGHEST_HZ, MASK_POINTS, frequency_hz, hertz};
 use egui::{Align2, Color32, Painter, Pos2, Rect, Sense, Shape, Stroke, Ui, UiBuilder, pos2, vec2};
@@ -59,25 +56,7 @@ fn spectrum(painter: &Painter, rect: Rect, ctx: &Ctx<'_>, pointer: Option<Pos2>)
         }
     }
     let hover = pointer.filter(|at| plot.rect.contains(*at));
-    let reading = hover.map(|at| plot.share(at.x));
-    let ear = |masks: &[f32; MASK_POINTS], name: &str| match reading {
-        Some(along) => format!("{name} {:.1} dB", at_share(masks, along).max(FLOOR_DB)),
-        None => name.to_owned(),
-    };
-    let [left, right] = &ctx.frame.masks_db;
-    let mut texts = vec![(ear(right, "Right"), palette.right), (ear(left, "Left"), palette.left)];
-    if let (Some(at), Some(along)) = (hover, reading) {
-        inside.vline(at.x, plot.rect.y_range(), Stroke::new(1.0, faded(palette.soft, 0.7)));
-        texts.push((hertz_text(hertz(along)), palette.soft));
-    }
-    plot.legend(&inside, texts, palette);
-}
-
-/// The mask at a place along the plot, dB.
-fn at_share(masks: &[f32; MASK_POINTS], along: f32) -> f32 {
-    let place = along.clamp(0.0, 1.0) * (MASK_POINTS - 1) as f32;
-    let low = index(place).min(MASK_POINTS - 2);
-    masks[low] + (place - low as f32) * (masks[low + 1] - masks[low])
+    plot.legend(&inside, hover, &ctx.frame.masks_db, |along| hertz_text(hertz(along)), palette);
 }
 
 /// A mask: faint above what the data cover.

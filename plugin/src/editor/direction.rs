@@ -1,8 +1,7 @@
 //! Level and time between the ears, and where the emitter is from the head.
 
-use super::ctx::Ctx;
 use super::theme::{Palette, faded};
-use super::words::Word;
+use super::{ctx::Ctx, words::Word};
 use egui::{Align2, Color32, CornerRadius, Painter, Rect, Sense, Shape, Stroke, Ui, Vec2, pos2, vec2};
 use promenade_core::Pose;
 use promenade_core::glam::Vec3;

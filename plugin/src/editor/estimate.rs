@@ -2,8 +2,7 @@
 
 use super::gesture::Gestures;
 use crate::listener::snapshot::{Snapshot, pose_of};
-use crate::project::params::PromenadeParams;
-use crate::project::walk::Walk;
+use crate::project::{params::PromenadeParams, walk::Walk};
 use crate::telemetry::Frame;
 
 /// Replaces the audio thread's last pose by that of knobs and camera path. Trackers and groups are known to the audio thread

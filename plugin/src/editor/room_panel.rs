@@ -1,13 +1,9 @@
 //! A room to draw: three lengths, six materials, and how it then reverberates.
 
-use super::ctx::Ctx;
-use super::panel::Panel;
-use super::t20::T20Part;
 use super::theme::{CONTROL, Palette, SPACE};
 use super::widgets::{button, columns, drop_down, fact, field, fits, note, outcome};
-use super::words::Word;
-use crate::library;
-use crate::library::drawn_room::DrawnRoom;
+use super::{ctx::Ctx, panel::Panel, t20::T20Part, words::Word};
+use crate::library::{self, drawn_room::DrawnRoom};
 use egui::{DragValue, Sense, Ui, Vec2};
 use promenade_core::Scene;
 use promenade_fault::with_causes;

@@ -1,19 +1,13 @@
 //! The panel on the right: pose, sources, quality, output.
 
 use super::controls::{follow_path, list, number, slider};
-use super::ctx::Ctx;
-use super::direction::seen_from;
-use super::meter::Meters;
 use super::path_panel::{read, take};
-use super::source_path::SourcePath;
 use super::theme::{CONTROL, Palette, SPACE};
-use super::view::reset;
 use super::widgets::{button, drop_down, heading, labelled, note, title};
-use super::words::Word;
+use super::{ctx::Ctx, direction::seen_from, meter::Meters, source_path::SourcePath, view::reset, words::Word};
 use super::{loudness, pose_source, tier};
-use crate::parameter::Parameter;
-use crate::parameter::row::SlotKind;
 use crate::parameter::source_knob::{Part, SourceKnob};
+use crate::parameter::{Parameter, row::SlotKind};
 use egui::{Align, Align2, DragValue, Frame, Layout, Margin, Rect, ScrollArea, Sense, Ui, UiBuilder, Vec2};
 use promenade_core::Pose;
 use promenade_core::glam::Vec3;

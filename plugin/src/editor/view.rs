@@ -12,15 +12,12 @@ mod room;
 mod scene;
 mod sources;
 
-use super::ctx::Ctx;
-use super::pose_source;
 use super::theme::{Palette, SPACE, faded};
 use super::widgets::{button, words};
-use super::words::Word;
+use super::{ctx::Ctx, pose_source, words::Word};
 use crate::library::drawn_room::DrawnRoom;
 use crate::listener::snapshot::pose_of;
-use crate::parameter::Parameter;
-use crate::parameter::choices::Follow;
+use crate::parameter::{Parameter, choices::Follow};
 use crate::project::settings;
 use crate::telemetry::attention::AttentionWeights;
 use camera::{Camera, Orbit, Plan};

@@ -1,8 +1,6 @@
 //! The editor's window as the framework opens, sizes and closes it.
 
-use super::app::App;
-use super::ctx::Instance;
-use super::geometry::Geometry;
+use super::{app::App, ctx::Instance, geometry::Geometry};
 use crate::project::preferences::Preferences;
 use crate::project::settings::{EditorSettings, LEAST_SIZE};
 use crate::telemetry::host_side::Track;

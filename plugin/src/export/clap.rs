@@ -20,9 +20,7 @@ mod preset_load;
 mod state;
 mod values;
 
-use crate::export::guard::guard;
-use crate::export::kind::COUNT;
-use crate::export::{Promenade, PromenadeMany, PromenadeMany64};
+use crate::export::{Promenade, PromenadeMany, PromenadeMany64, guard::guard, kind::COUNT};
 use crate::parameter::Parameter;
 use crate::project::host_values::host_id;
 use crate::telemetry::host_side::HostSide;

@@ -1,10 +1,9 @@
 //! What comes in on the inputs of further sources.
 
-use crate::listener::ramp;
-use crate::listener::snapshot::Snapshot;
+use crate::listener::{ramp, snapshot::Snapshot};
 use nice_plug::prelude::Buffer;
-use promenade_core::glam::Vec3;
 use promenade_core::Voice;
+use promenade_core::glam::Vec3;
 use std::ops::Range;
 
 /// What each further source plays in a stretch of a block, nothing where that is silence, and where it is at the end of it, a

@@ -1,31 +1,18 @@
 //! The plugin as hosts call it: activation, blocks, parameters and editor.
 
-use super::further_input;
 use super::guard::{Fuse, guard};
-use super::input::Input;
-use super::kind::Kind;
+use super::{further_input, input::Input, kind::Kind};
 use crate::budget::Spender;
 use crate::editor::{Instance, PromenadeEditor};
 use crate::export::pages::{self, InModules};
 use crate::listener::clock::{BlockTime, Clock};
-use crate::listener::inbox::Inbox;
 use crate::listener::ramp::{self, Ramps, Stretch};
-use crate::listener::snapshot::Snapshot;
-use crate::listener::source_paths::SourcePaths;
-use crate::listener::{HeardPose, ListenerSources};
+use crate::listener::{HeardPose, ListenerSources, inbox::Inbox, snapshot::Snapshot, source_paths::SourcePaths};
 use crate::osc::{Osc, Switch};
 use crate::parameter::cast::narrow;
-use crate::parameter::choices::LatencyChoice;
-use crate::playing::Playing;
-use crate::playing::loader::Loader;
-use crate::playing::monitor::Monitor;
-use crate::playing::output::Output;
-use crate::project::host_values::Arrived;
-use crate::project::params::PromenadeParams;
-use crate::project::walk::SavedWalk;
-use crate::telemetry::Telemetry;
-use crate::telemetry::host_side::HostSide;
-use crate::telemetry::members;
+use crate::playing::{Playing, loader::Loader, monitor::Monitor, output::Output};
+use crate::project::{host_values::Arrived, params::PromenadeParams};
+use crate::telemetry::{Telemetry, host_side::HostSide, members};
 use nice_plug::prelude::*;
 use nice_plug::util::permit_alloc;
 use promenade_core::{Spatializer, Voice};
@@ -68,33 +55,19 @@ struct Timing {
     quiet: usize,
 }
 
-/// The camera path that the standalone program was started with.
-#[cfg(feature = "standalone")]
-fn opening_walk() -> Option<&'static SavedWalk> {
-    crate::playing::player::player()?.walk()
-}
-
-#[cfg(not(feature = "standalone"))]
-fn opening_walk() -> Option<&'static SavedWalk> {
-    None
-}
-
-/// The latency that the standalone program was started with.
-#[cfg(feature = "standalone")]
-fn opening_latency() -> LatencyChoice {
-    crate::playing::player::player().map_or(LatencyChoice::Frame, crate::playing::player::Player::latency)
-}
-
-#[cfg(not(feature = "standalone"))]
-fn opening_latency() -> LatencyChoice {
-    LatencyChoice::Frame
+/// The parameters of a new instance; the standalone program has its camera path and its latency.
+fn first_params() -> PromenadeParams {
+    #[cfg(feature = "standalone")]
+    if let Some(player) = crate::playing::player::player() {
+        return PromenadeParams::beginning_on(player.walk()).beginning_at(player.latency());
+    }
+    PromenadeParams::default()
 }
 
 impl<const FURTHER: usize> Default for Promenade<FURTHER> {
     /// Hosts build plugins to list them: no file, thread or large buffer here.
     fn default() -> Self {
-        let params = PromenadeParams::beginning_on(opening_walk()).beginning_at(opening_latency());
-        let params = Arc::new(params.with_further(FURTHER));
+        let params = Arc::new(first_params().with_further(FURTHER));
         let (inbox, telemetry) = (Arc::<Inbox>::default(), Telemetry::new());
         let loader = Loader::new(Arc::clone(&params));
         let osc = Osc::new(Arc::clone(&params), Arc::clone(&loader.exchange), Arc::clone(&inbox), Arc::clone(&telemetry));

@@ -13,9 +13,7 @@ mod processor;
 mod stream;
 mod view;
 
-use crate::export::guard::guard;
-use crate::export::kind::COUNT;
-use crate::export::{Promenade, PromenadeMany, PromenadeMany64};
+use crate::export::{Promenade, PromenadeMany, PromenadeMany64, guard::guard, kind::COUNT};
 use crate::parameter::source_knob::{MANY_FURTHER, MOST_FURTHER};
 use make::make;
 use nice_plug::wrapper::setup_logger;

@@ -116,8 +116,7 @@ mod tests {
 
     #[test]
     fn a_step_holds_no_keyframes_of_its_own() {
-        use crate::project::params::PromenadeParams;
-        use crate::project::walk::SavedWalk;
+        use crate::project::{params::PromenadeParams, walk::SavedWalk};
         use promenade_core::{Keyframe, Pose};
         let keyframes = (0..360_000).map(|n| Keyframe { t_s: f64::from(n), pose: Pose::IDENTITY }).collect::<Vec<_>>();
         let params = PromenadeParams::beginning_on(Some(&SavedWalk::of(&keyframes)));

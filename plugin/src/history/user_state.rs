@@ -1,19 +1,14 @@
 //! What presets, undo and the A/B comparison restore: the parameters, the scene, the drawn room, the camera path, the paths of
 //! sources and the head.
 
-use crate::library::drawn_room::DrawnRoom;
-use crate::library::scene_key::SceneKey;
+use crate::library::{drawn_room::DrawnRoom, scene_key::SceneKey};
 use crate::listener::snapshot::values_of;
-use crate::parameter::Parameter;
-use crate::parameter::cast::index;
-use crate::parameter::choices::SceneChoice;
-use crate::project::matching::Matching;
-use crate::project::params::PromenadeParams;
-use crate::project::saved_head::SavedHead;
-use crate::project::source_walks::SavedSourceWalks;
-use crate::project::sources::SavedSources;
+use crate::parameter::{Parameter, cast::index, choices::SceneChoice};
 use crate::project::state::{migrate, saved_value};
-use crate::project::walk::SavedWalk;
+use crate::project::{
+    matching::Matching, params::PromenadeParams, saved_head::SavedHead, source_walks::SavedSourceWalks, sources::SavedSources,
+    walk::SavedWalk,
+};
 use nice_plug::params::persist::{deserialize_field, serialize_field};
 use nice_plug::plugin::{ParamValue, PluginState};
 use nice_plug::prelude::Enum;

@@ -1,11 +1,8 @@
 //! Lists scenes and camera paths for an editor, without reading whole scenes.
 
-use crate::library;
 use crate::library::factory::{self, FactoryScene};
-use crate::library::file;
-use crate::worker::Task;
-use crate::worker::lock::lock;
-use crate::worker::repaint::Repaint;
+use crate::library::{self, file};
+use crate::worker::{Task, lock::lock, repaint::Repaint};
 use promenade_core::SceneCard;
 use std::io::Read;
 use std::path::{Path, PathBuf};

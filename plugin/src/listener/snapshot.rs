@@ -1,10 +1,9 @@
 //! The parameters of a block: the one place where they become metres, radians and linear gains.
 
 use crate::listener::pose_sources::Sources;
-use crate::parameter::cast::index;
 use crate::parameter::choices::{Follow, GroupChoice, TierChoice, Tracking};
 use crate::parameter::source_knob::{Part, SourceKnob};
-use crate::parameter::{Parameter, USUAL_LAW_DB};
+use crate::parameter::{Parameter, USUAL_LAW_DB, cast::index};
 use crate::project::params::PromenadeParams;
 use nice_plug::prelude::Enum;
 use promenade_core::glam::Vec3;

@@ -272,8 +272,7 @@ mod tests {
     use super::*;
     use crate::export::pages::InModules;
     use crate::parameter::source_knob::MOST_FURTHER;
-    use crate::project::params::PromenadeParams;
-    use crate::project::state::saved_value;
+    use crate::project::{params::PromenadeParams, state::saved_value};
     use nice_plug::plugin::ParamValue;
     use nice_plug::prelude::Params;
     use std::sync::Arc;

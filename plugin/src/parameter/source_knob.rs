@@ -40,8 +40,13 @@ pub struct SourceKnob {
 macro_rules! row {
     ($n:literal, $id:literal, $name:literal, $values:expr, $default:expr, $label:literal, $help:literal) => {
         Row {
-            id: concat!($id, $n), name: concat!("Source ", $n, $name), module: concat!("Source ", $n), values: $values,
-            default: $default, label: $label, help: $help,
+            id: concat!($id, $n),
+            name: concat!("Source ", $n, $name),
+            module: concat!("Source ", $n),
+            values: $values,
+            default: $default,
+            label: $label,
+            help: $help,
         }
     };
 }

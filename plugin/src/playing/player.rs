@@ -3,8 +3,7 @@
 use crate::parameter::cast::{narrow, whole};
 use crate::parameter::choices::LatencyChoice;
 use crate::project::walk::SavedWalk;
-use crate::worker::flag::Flag;
-use crate::worker::lock::lock;
+use crate::worker::{flag::Flag, lock::lock};
 use crossbeam_queue::ArrayQueue;
 use nice_plug::prelude::Enum;
 use promenade_audio::sound::Sound;
@@ -233,8 +232,7 @@ mod tests {
 
     #[test]
     fn an_instance_walks_along_the_path_that_it_is_started_with() {
-        use crate::parameter::Parameter;
-        use crate::parameter::choices::Follow;
+        use crate::parameter::{Parameter, choices::Follow};
         use crate::project::params::PromenadeParams;
         let player = Player::new();
         let still = PromenadeParams::beginning_on(player.walk());

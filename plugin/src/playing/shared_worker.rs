@@ -2,8 +2,7 @@
 //! scene.
 
 use crate::telemetry::attention::{Attention, AttentionWeights};
-use crate::worker::lock::lock;
-use crate::worker::{DECODER, Task, TaskHandle};
+use crate::worker::{DECODER, Task, TaskHandle, lock::lock};
 use crossbeam_queue::ArrayQueue;
 use promenade_core::decode::CloudDecoder;
 use promenade_core::{DecodeWorker, Decoded, Pose, Scene};

@@ -1,9 +1,6 @@
 //! What goes between the loader and whoever asks it for something; no part of the project.
 
-use super::file_wish::FileWish;
-use super::params::PromenadeParams;
-use super::persisted::Report;
-use super::scene_frame::PlayedFrame;
+use super::{file_wish::FileWish, params::PromenadeParams, persisted::Report, scene_frame::PlayedFrame};
 use crate::parameter::Parameter;
 use crate::parameter::choices::{LatencyChoice, SceneChoice};
 use crate::worker::flag::Flag;

@@ -2,8 +2,7 @@
 //! with that.
 
 use crate::parameter::Parameter;
-use crate::project::persisted::Persisted;
-use crate::project::walk::SavedWalk;
+use crate::project::{persisted::Persisted, walk::SavedWalk};
 use nice_plug::params::persist::PersistentField;
 use serde::{Deserialize, Serialize};
 use std::sync::OnceLock;

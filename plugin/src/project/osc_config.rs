@@ -1,10 +1,7 @@
 //! How an instance's Open Sound Control is set up.
 
 use crate::project::adm_config::AdmConfig;
-use crate::tracker::Recenter;
-use crate::tracker::axes::AxisMap;
-use crate::tracker::custom::CustomTracker;
-use crate::tracker::format::TrackerFormat;
+use crate::tracker::{Recenter, axes::AxisMap, custom::CustomTracker, format::TrackerFormat};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use std::time::Duration;

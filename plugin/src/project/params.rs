@@ -1,27 +1,14 @@
 //! Everything that a host sets or saves, and nothing else.
 
 use crate::budget::limit::SavedLimit;
-use crate::library::drawn_room::DrawnRoom;
-use crate::library::scene_key::SceneKey;
-use crate::parameter::Parameter;
-use crate::parameter::cast::index;
+use crate::library::{drawn_room::DrawnRoom, scene_key::SceneKey};
 use crate::parameter::choices::{Follow, LatencyChoice, SceneChoice};
-use crate::parameter::remote::Remote;
-use crate::parameter::source_knob::Part;
-use crate::project::hosted::Hosted;
-use crate::project::leader::GroupLeader;
-use crate::project::matching::Matching;
-use crate::project::osc_config::OscConfig;
-use crate::project::persisted::Persisted;
-use crate::project::project_id::ProjectId;
-use crate::project::saved_head::SavedHead;
-use crate::project::saved_headphones::SavedHeadphones;
-use crate::project::settings::EditorSettings;
-use crate::project::slots::ProjectSlots;
-use crate::project::source_walks::SavedSourceWalks;
-use crate::project::sources::ProjectSources;
-use crate::project::state::StateVersion;
-use crate::project::walk::SavedWalk;
+use crate::parameter::{Parameter, cast::index, remote::Remote, source_knob::Part};
+use crate::project::{
+    hosted::Hosted, leader::GroupLeader, matching::Matching, osc_config::OscConfig, persisted::Persisted,
+    project_id::ProjectId, saved_head::SavedHead, saved_headphones::SavedHeadphones, settings::EditorSettings,
+    slots::ProjectSlots, source_walks::SavedSourceWalks, sources::ProjectSources, state::StateVersion, walk::SavedWalk,
+};
 use nice_plug::prelude::*;
 
 /// The revision after which counting begins anew.

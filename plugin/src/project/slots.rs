@@ -1,7 +1,6 @@
 //! The slots of an instance's project: their files, and their texts for hosts that show parameters as text.
 
-use crate::library::slots::Slots;
-use crate::library::{self, LoadError};
+use crate::library::{self, LoadError, slots::Slots};
 use crate::parameter::row::{SLOTS, SlotKind};
 use crate::project::persisted::Persisted;
 use crate::worker::lock::lock;

@@ -1,10 +1,7 @@
 //! Saved states: their version, and how old and damaged ones are read.
 
-use crate::library::scene_key::SceneKey;
-use crate::library::slots::Slots;
-use crate::parameter::Parameter;
-use crate::parameter::cast::index;
-use crate::parameter::choices::Variants;
+use crate::library::{scene_key::SceneKey, slots::Slots};
+use crate::parameter::{Parameter, cast::index, choices::Variants};
 use crate::project::slots::SavedSlots;
 use nice_plug::params::persist::{PersistentField, deserialize_field, serialize_field};
 use nice_plug::plugin::{ParamValue, PluginState};
@@ -108,8 +105,7 @@ fn is_choice(id: &str) -> bool {
 mod tests {
     use super::*;
     use crate::parameter::choices::SceneChoice;
-    use crate::playing::loader::Loader;
-    use crate::playing::output::Output;
+    use crate::playing::{loader::Loader, output::Output};
     use crate::project::params::PromenadeParams;
     use nice_plug::prelude::{Enum, ParamPtr, Params};
     use std::path::Path;

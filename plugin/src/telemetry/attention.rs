@@ -1,7 +1,6 @@
 //! How much a decoder attends to each anchor of its scene, for an open editor.
 
-use crate::worker::flag::Flag;
-use crate::worker::lock::lock;
+use crate::worker::{flag::Flag, lock::lock};
 use promenade_core::Scene;
 use std::sync::{Arc, Mutex, Weak};
 

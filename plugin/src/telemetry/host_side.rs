@@ -3,11 +3,8 @@
 //! thread. What hosts are told of an instance besides is here too: its latency and its tail, which any thread may read.
 
 use crate::parameter::Parameter;
-use crate::project::host_values::HostValues;
-use crate::project::params::PromenadeParams;
-use crate::worker::lock::lock;
-use crate::worker::marks::Marks;
-use crate::worker::repaint::Repaint;
+use crate::project::{host_values::HostValues, params::PromenadeParams};
+use crate::worker::{lock::lock, marks::Marks, repaint::Repaint};
 use std::cell::RefCell;
 use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};

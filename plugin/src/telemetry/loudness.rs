@@ -1,8 +1,7 @@
 //! Loudness of what leaves the plugin, after EBU R 128, measured off the audio thread.
 
 use crate::parameter::cast::narrow;
-use crate::worker::Task;
-use crate::worker::lock::lock;
+use crate::worker::{Task, lock::lock};
 use crossbeam_queue::ArrayQueue;
 use ebur128::{EbuR128, Mode};
 use std::sync::{Arc, Mutex};

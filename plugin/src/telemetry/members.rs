@@ -1,9 +1,7 @@
 //! The instances of a process: which of them share a listener group, and the share of the budget of each.
 
 use crate::budget::{Account, Grant};
-use crate::parameter::Parameter;
-use crate::parameter::cast::index;
-use crate::parameter::choices::GroupChoice;
+use crate::parameter::{Parameter, cast::index, choices::GroupChoice};
 use crate::project::leader::{MOVING, SavedLeader};
 use crate::project::params::PromenadeParams;
 use crate::telemetry::host_side::{HostSide, Track};

@@ -6,8 +6,7 @@ pub mod loudness;
 pub mod members;
 pub mod waveform;
 
-use crate::listener::pose_cell::PoseCell;
-use crate::listener::pose_sources::Base;
+use crate::listener::{pose_cell::PoseCell, pose_sources::Base};
 use crate::parameter::cast::{index, narrow};
 use crate::parameter::source_knob::MOST_INPUTS;
 use crate::telemetry::loudness::SoundQueue;

@@ -3,9 +3,8 @@
 //! The sources of each convention are in `docs/osc.md`, whose tables a test compares with this file.
 
 use crate::parameter::table::table;
-use crate::tracker::axes::AxisMap;
-use crate::tracker::custom::CustomTracker;
 use crate::tracker::reading::{Argument, Unit};
+use crate::tracker::{axes::AxisMap, custom::CustomTracker};
 use serde::{Deserialize, Serialize};
 
 // The title as users read it, the port, and the addresses of each.

@@ -1,8 +1,8 @@
 //! How late the sound is and how long it sounds on: `clap.latency` and `clap.tail`.
 //!
 //! The framework asks for another activation as soon as an activation has another latency than the one before, though the host
-//! reads it then anyway. Its tail is what the last block said, so that a host which asks before it bounces, or in silence, hears
-//! of no tail and cuts the sound.
+//! reads it then anyway. Its tail is what the last block said: a host that asks before it bounces, or in silence, hears of none
+//! and cuts the sound.
 
 use super::{host_extension, hosted};
 use crate::telemetry::host_side::HostCalls;

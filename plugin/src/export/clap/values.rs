@@ -2,8 +2,7 @@
 //! only.
 
 use super::{further_ports, hosted};
-use crate::export::guard::guard;
-use crate::export::kind::KINDS;
+use crate::export::{guard::guard, kind::KINDS};
 use crate::parameter::cast::narrow;
 use crate::project::host_values::{Change, HostValues, NO_PARAMETER};
 use clap_sys::events::{

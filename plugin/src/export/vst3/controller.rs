@@ -4,8 +4,7 @@
 //! that blocks come: until then it reports the old value, and saves it. Here the host reads what it has set.
 
 use super::hosted::{Hosted, table};
-use super::stream::Written;
-use super::view::create_view;
+use super::{stream::Written, view::create_view};
 use crate::export::guard::guard;
 use crate::parameter::cast::narrow;
 use crate::project::host_values::Change;

@@ -4,11 +4,8 @@
 //! be caught, and not before the framework's queue holds nothing of it any more. The queue's thread ends when it meets a task
 //! whose instance is gone; what other instances post is lost then, and the last release panics.
 
-use super::block_room::BlockRoom;
-use super::controller_values::ControllerValues;
-use crate::export::Promenade;
-use crate::export::guard::guard;
-use crate::export::kind::COUNT;
+use super::{block_room::BlockRoom, controller_values::ControllerValues};
+use crate::export::{Promenade, guard::guard, kind::COUNT};
 use crate::telemetry::host_side::HostSide;
 use crate::worker::lock::lock;
 use nice_plug::nice_error;

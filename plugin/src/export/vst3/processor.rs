@@ -4,9 +4,7 @@
 //! The framework makes up arrangements of speakers for 4, 9 and 16 channels, and hosts that compare what they asked for with
 //! what they got refuse them. Its tail is what the last block said: none before the first, and none in silence.
 
-use super::block_room::BlockRoom;
-use super::further_buses::Buses;
-use super::hosted::table;
+use super::{block_room::BlockRoom, further_buses::Buses, hosted::table};
 use crate::export::guard::guard;
 use crate::parameter::cast::narrow;
 use crate::project::host_values::Change;

@@ -3,8 +3,7 @@
 //! Hosts name it before there is a window. The framework declines it then, and opens the window at scale 1.
 
 use super::hosted::table;
-use crate::export::guard::guard;
-use crate::export::kind::COUNT;
+use crate::export::{guard::guard, kind::COUNT};
 use crate::telemetry::host_side::HostSide;
 use crate::worker::lock::lock;
 use nice_plug::wrapper::vst3::vst3::ComRef;

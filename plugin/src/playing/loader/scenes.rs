@@ -1,20 +1,14 @@
 //! Scenes: what the parameters and the project choose, prepared for the audio thread.
 
 use super::{Loader, Prepared, chooses_a_file};
-use crate::library::drawn_room::DrawnRoom;
 use crate::library::factory::{self, FactoryScene};
-use crate::library::scene_key::SceneKey;
-use crate::library::{self, LoadError, LoadedScene, cache, level};
+use crate::library::{self, LoadError, LoadedScene, cache, drawn_room::DrawnRoom, level, scene_key::SceneKey};
 use crate::parameter::cast::{index, narrow};
 use crate::parameter::choices::{LatencyChoice, SceneChoice};
 use crate::parameter::row::SlotKind;
 use crate::playing::output::{Output, Pairs};
-use crate::playing::shared_worker::SharedWorker;
-use crate::playing::start_pose;
-use crate::project::exchange::Choices;
-use crate::project::matching::Matching;
-use crate::project::saved_head::SavedHead;
-use crate::project::scene_frame::SceneFrame;
+use crate::playing::{shared_worker::SharedWorker, start_pose};
+use crate::project::{exchange::Choices, matching::Matching, saved_head::SavedHead, scene_frame::SceneFrame};
 use crate::worker::lock::lock;
 use nice_plug::{nice_error, nice_warn};
 use promenade_core::{DecodeWorker, Emitters, Latency, RenderError, Renderer, RendererConfig, Scene, Trim};

@@ -1,11 +1,8 @@
 //! What the listener hears with: a head and headphones.
 
 use super::Loader;
-use crate::library::cache;
-use crate::library::drawn_room::DrawnRoom;
-use crate::library::{self, LoadedScene};
-use crate::project::saved_head::SavedHead;
-use crate::project::saved_headphones::SavedHeadphones;
+use crate::library::{self, LoadedScene, cache, drawn_room::DrawnRoom};
+use crate::project::{saved_head::SavedHead, saved_headphones::SavedHeadphones};
 use crate::worker::lock::lock;
 use nice_plug::nice_error;
 use promenade_core::Scene;
