@@ -45,8 +45,8 @@ pub(crate) struct Spender {
     limited: bool,
     /// Mean square of this block's input.
     power: f32,
-    /// Whether the input was silent in the block before.
-    quiet: bool,
+    /// Whether this block's input is silent, where there is a limit.
+    pub(crate) quiet: bool,
 }
 
 impl Spender {
@@ -103,11 +103,6 @@ impl Spender {
     pub(crate) fn waits(&mut self) -> bool {
         self.waited |= self.now == Grant::Nothing && self.level == 0.0;
         self.waited && self.now == Grant::Nothing
-    }
-
-    /// Whether the block's input is silent, as far as there is a limit.
-    pub(crate) fn is_quiet(&self) -> bool {
-        self.quiet
     }
 
     /// Whether it has waited and is to begin anew with this block, at a latency in samples.

@@ -3,8 +3,7 @@
 use super::plot::{Plot, along, hertz_text};
 use super::theme::{Palette, faded};
 use super::{ctx::Ctx, direction::dial, panel::Panel, words::Word};
-use crate::parameter::cast::index;
-use crate::telemetry::{FLOOR_DB, HIGHEST_HZ, MASK_POINTS, frequency_hz, hertz};
+use crate::telemetry::{HIGHEST_HZ, MASK_POINTS, frequency_hz, hertz};
 use egui::{Align2, Color32, Painter, Pos2, Rect, Sense, Shape, Stroke, Ui, UiBuilder, pos2, vec2};
 
 /// Range of the plot, dB.
@@ -66,16 +65,4 @@ fn curve(painter: &Painter, masks: &[f32; MASK_POINTS], colour: Color32, top_hz:
     let cut = points.partition_point(|at| at.x <= plot.x(along(top_hz))).clamp(1, points.len());
     painter.add(Shape::line(points[..cut].to_vec(), Stroke::new(2.0, colour)));
     painter.add(Shape::line(points[cut - 1..].to_vec(), Stroke::new(1.5, faded(colour, 0.35))));
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_reading_lies_between_its_points() {
-        let masks = std::array::from_fn(|point| point as f32);
-        assert!((at_share(&masks, 0.5) - 47.5).abs() < 1e-3);
-        assert_eq!((at_share(&masks, -1.0), at_share(&masks, 2.0)), (0.0, 95.0));
-    }
 }

@@ -174,6 +174,13 @@ mod tests {
     }
 
     #[test]
+    fn a_reading_lies_between_its_points() {
+        let masks: [f32; MASK_POINTS] = std::array::from_fn(|point| point as f32);
+        assert!((at_share(&masks, 0.5) - 47.5).abs() < 1e-3);
+        assert_eq!((at_share(&masks, -1.0), at_share(&masks, 2.0)), (0.0, 95.0));
+    }
+
+    #[test]
     fn an_axis_of_time_has_a_few_round_marks() {
         for (seconds, step) in [(0.3, 0.05), (1.0, 0.2), (0.6, 0.1), (12.0, 2.0), (60.0, 10.0)] {
             assert!((step_s(seconds) / step - 1.0).abs() < 1e-3, "{seconds}: {}", step_s(seconds));

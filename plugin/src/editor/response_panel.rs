@@ -1,12 +1,11 @@
 //! The response of what is heard: how it decays and what it leaves of each frequency.
 
 use super::plot::{Plot, along, hertz_text};
-use super::theme::{CONTROL, Palette, SPACE, faded};
+use super::theme::{CONTROL, Palette, SPACE};
 use super::{ctx::Ctx, panel::Panel, widgets::segments, words::Word};
 use crate::answers::response::{DECAY_FLOOR_DB, DECAY_POINTS, Listening, Response};
 use crate::listener::snapshot::Snapshot;
-use crate::parameter::cast::index;
-use crate::telemetry::{FLOOR_DB, MASK_POINTS, frequency_hz, hertz};
+use crate::telemetry::{FLOOR_DB, frequency_hz, hertz};
 use egui::{Align2, Color32, Painter, Pos2, Rect, Sense, Shape, Stroke, Ui, UiBuilder, pos2, vec2};
 use promenade_core::Pose;
 

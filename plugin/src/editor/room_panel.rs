@@ -118,7 +118,7 @@ fn lengths(ui: &mut Ui, ctx: &Ctx<'_>, room: &DrawnRoom) {
             }
         });
     }
-    fact(ui, ctx.palette, Word::Volume, &format!("{:.1} m³", room.volume_m3()));
+    fact(ui, ctx.palette, Word::Volume, &format!("{:.1} m³", room.size.iter().product::<f32>()));
     if !room.holds(ctx.frame.pose.position) {
         ui.colored_label(ctx.palette.warn, "The listener is outside");
     }

@@ -2,10 +2,7 @@
 
 use super::theme::{CONTROL, Palette, ROUND, SPACE, faded};
 use super::words::Word;
-use egui::{
-    Align2, Color32, ComboBox, CornerRadius, Key, Rect, Response, Role, Sense, Stroke, StrokeKind, TextEdit, Ui, Vec2,
-    WidgetInfo,
-};
+use egui::{Align2, Color32, ComboBox, CornerRadius, Rect, Response, Role, Sense, Stroke, StrokeKind, Ui, Vec2, WidgetInfo};
 
 /// A line around a control that has the keyboard.
 pub fn focus_ring(ui: &Ui, palette: &Palette, response: &Response, rect: Rect, radius: u8) {

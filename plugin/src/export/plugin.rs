@@ -158,7 +158,7 @@ impl<const FURTHER: usize> Promenade<FURTHER> {
             spatializers.iter_mut().for_each(Spatializer::jump);
         }
         if self.spender.waits() {
-            self.timing.quiet = if self.spender.is_quiet() { self.timing.quiet.saturating_add(total) } else { 0 };
+            self.timing.quiet = if self.spender.quiet { self.timing.quiet.saturating_add(total) } else { 0 };
             outputs.iter_mut().for_each(|output| output.fill(0.0));
             return Some(listener.end(total, time.end_s()));
         }

@@ -80,11 +80,6 @@ impl DrawnRoom {
         [low, low + Vec3::from_array(self.size)]
     }
 
-    /// Cubic metres.
-    pub fn volume_m3(&self) -> f32 {
-        self.size.iter().product()
-    }
-
     /// Its lengths in words.
     pub fn lengths(&self) -> String {
         let [x, y, z] = self.size.map(|length| format!("{:.2}", length).trim_end_matches('0').trim_end_matches('.').to_owned());

@@ -219,7 +219,7 @@ mod tests {
         };
         assert_eq!(drawn_out(&[0.0, 0.1, 5.0].map(|x| (at(x), 1024))), [false, true, false]);
         let start = beginning(&at(0.0), &at(0.1), 0.02);
-        assert_eq!(offset_at(&start.further[3], &at(0.1).further[3], 0.5), Vec3::new(0.05, 0.0, 0.0));
+        assert_eq!(place_at(&start.further[3], &at(0.1).further[3], 0.5).offset, Vec3::new(0.05, 0.0, 0.0));
     }
 
     #[test]

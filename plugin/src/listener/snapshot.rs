@@ -70,7 +70,10 @@ impl<const FURTHER: usize> Snapshot<FURTHER> {
                 live: LiveParams { rate_hz: value(Parameter::Rate), wait: false },
                 wet_solo: value(Parameter::WetSolo) > 0.5,
                 trim: trim_of(value),
-                emitters: EmitterParams { offset: emitter_offset_of(value), spread: value(Parameter::Spread).to_radians() },
+                emitters: EmitterParams {
+                    offset: Vec3::from_array(Parameter::place_of(0).map(value)),
+                    spread: value(Parameter::Spread).to_radians(),
+                },
             },
             first_gain: if params.sources.is_heard(0) { 1.0 } else { 0.0 },
             further: std::array::from_fn(|number| {
@@ -113,11 +116,6 @@ pub fn values_of(pose: &Pose) -> [(Parameter, f32); 6] {
         (Parameter::Roll, roll),
     ];
     values.map(|(parameter, value)| (parameter, parameter.clamp(value)))
-}
-
-/// How far the emitter is moved from its place in the scene, metres, from the parameters' plain values.
-pub fn emitter_offset_of(value: impl Fn(Parameter) -> f32) -> Vec3 {
-    Vec3::new(value(Parameter::Ex), value(Parameter::Ey), value(Parameter::Ez))
 }
 
 /// What the parameters change about the scene's sound, from their plain values.

@@ -1,9 +1,7 @@
 //! Where a scene's listener begins and its emitter is, for worlds that are told relative to them.
 
-use crate::worker::lock::lock;
 use promenade_core::Scene;
 use promenade_core::glam::{Quat, Vec3};
-use std::sync::Mutex;
 
 /// Places in a scene's world, metres and radians.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -32,21 +30,5 @@ impl SceneFrame {
     /// The other way.
     pub fn from_world(&self, world: Vec3) -> Vec3 {
         Quat::from_rotation_z(-self.yaw) * (world - self.origin)
-    }
-}
-
-/// The frame of the scene that is played, from the loader to those that ask.
-#[derive(Default)]
-pub struct PlayedFrame(Mutex<SceneFrame>);
-
-impl PlayedFrame {
-    /// Another scene is played.
-    pub fn set_frame(&self, frame: SceneFrame) {
-        *lock(&self.0) = frame;
-    }
-
-    /// The frame.
-    pub fn frame(&self) -> SceneFrame {
-        *lock(&self.0)
     }
 }

@@ -92,7 +92,7 @@ impl Loader {
             if self.params.scene_key.replace(made.key.clone(), restores) {
                 self.report(&made);
                 if let Some(scene) = &made.scene {
-                    self.exchange.frame.set_frame(SceneFrame::of(scene));
+                    *lock(&self.exchange.frame) = SceneFrame::of(scene);
                     if self.is_chosen(&request, restored, last.as_ref()) {
                         let before = before.map(|scene| scene.start_pose());
                         start_pose::begin(&self.params, before.as_ref(), &scene.start_pose());
