@@ -298,6 +298,7 @@ impl NiceEguiApp for App {
         egui_ctx.options_mut(|options| options.zoom_with_keyboard = false);
         let size = frame.baseview_window().size();
         self.geometry.resized(size.physical.into(), size.scale_factor);
+        self.geometry.held().window = mapping::number(frame.baseview_window());
         mapping::map(frame.baseview_window());
         self.dropped = DropTarget::new(frame.baseview_window(), self.instance.repaint.clone());
         self.gui = Some(gui);
