@@ -75,8 +75,9 @@ impl<const FURTHER: usize> Default for Promenade<FURTHER> {
         let host_side = Arc::new(HostSide::new(repaint.clone(), Arc::clone(&params)));
         host_side.introduce();
         let theirs = Arc::downgrade(&loader);
-        host_side.prepare_by(move |rate_hz| {
+        host_side.prepare_by(move |rate_hz, live_block| {
             let loader = theirs.upgrade().filter(|_| rate_hz.is_finite() && rate_hz >= 1.0)?;
+            loader.play_live(live_block);
             loader.activate(rate_hz, loader.output());
             loader.delays().map(|delays| delays.map(samples))
         });
@@ -272,6 +273,7 @@ impl<const FURTHER: usize> Promenade<FURTHER> {
         members::join(&self.params, &self.instance.host_side, &self.instance.account);
         self.spender.activate();
         let output = Output::of_channels(layout.main_output_channels.map_or(0, NonZeroU32::get) as usize);
+        self.instance.loader.play_live(if self.instance.host_side.is_offline() { 0 } else { config.max_buffer_size });
         self.playing.activate(sample_rate_hz, output, self.instance.loader.choices());
         self.osc.activate(&self.params);
         // Hosts ask for both after an activation, before there is any block.

@@ -127,7 +127,7 @@ pub struct HostSide {
 }
 
 /// From a sample rate, Hz, to latency and tail, samples.
-type Prepare = Box<dyn Fn(f64) -> Option<[u32; 2]> + Send + Sync>;
+type Prepare = Box<dyn Fn(f64, u32) -> Option<[u32; 2]> + Send + Sync>;
 
 /// How a host is called beside what the framework does.
 pub struct HostCalls {
@@ -216,7 +216,7 @@ impl HostSide {
     }
 
     /// How latency and tail are found before an activation, once.
-    pub(crate) fn prepare_by(&self, prepare: impl Fn(f64) -> Option<[u32; 2]> + Send + Sync + 'static) {
+    pub(crate) fn prepare_by(&self, prepare: impl Fn(f64, u32) -> Option<[u32; 2]> + Send + Sync + 'static) {
         let _first = self.prepare.set(Box::new(prepare));
     }
 
@@ -248,8 +248,8 @@ impl HostSide {
     }
 
     /// Finds latency and tail at the sample rate of the next activation, Hz: hosts may ask before it. Main thread; loads files.
-    pub fn prepare(&self, sample_rate_hz: f64) {
-        let found = self.prepare.get().and_then(|prepare| prepare(sample_rate_hz));
+    pub fn prepare(&self, sample_rate_hz: f64, live_block: u32) {
+        let found = self.prepare.get().and_then(|prepare| prepare(sample_rate_hz, live_block));
         if let Some([latency, tail]) = found {
             self.latency.store(latency, Ordering::Release);
             self.set_tail(tail);

@@ -127,7 +127,8 @@ unsafe extern "system" fn setup_processing(this: *mut IAudioProcessor, setup: *m
     guard(kResultFalse, || {
         let hosted = table.hosted();
         hosted.side.announce(is_offline(setup.processMode));
-        hosted.side.prepare(setup.sampleRate);
+        let live_block = if is_offline(setup.processMode) { 0 } else { u32::try_from(setup.maxSamplesPerBlock).unwrap_or(0) };
+        hosted.side.prepare(setup.sampleRate, live_block);
         let mut room = lock(&hosted.block);
         (room.is_set_up, room.was_offline) = (true, false);
         if let Some(aside) = &mut room.aside {
