@@ -53,10 +53,10 @@ fn instances_that_play_live_render_their_frames_apart() {
         all.sort_unstable();
         all
     };
-    for block in [0, 2048] {
+    for block in [0, 512] {
         assert!(poses(block).windows(2).all(|two| two[0] == two[1]), "blocks of {block}");
     }
-    let live = poses(64);
-    // A hop of 5 ms among eight, of which neighbours are a golden section of their shares apart at least.
-    assert!(live.windows(2).all(|two| two[1] - two[0] >= 240 / COUNT / 2), "{live:?}");
+    let mut live = poses(64);
+    live.dedup();
+    assert_eq!(live.len(), COUNT, "{live:?}");
 }

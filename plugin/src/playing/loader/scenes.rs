@@ -16,8 +16,8 @@ use promenade_fault::{Fault, with_causes};
 use std::sync::atomic::Ordering;
 use std::sync::{Arc, Once, Weak};
 
-/// Every block that is as long as a hop has a frame to render; the longest hop, samples, and more.
-const LONGEST_HOP: u32 = 1024;
+/// Every block that is as long as a hop has a frame to render; a scene's hop, seconds.
+const HOP_S: f64 = 0.005;
 /// By so much of a hop the frames of instances are apart: however many they are, multiples of the golden section are spread
 /// evenly.
 const APART: f64 = 0.618_033_988_75;
@@ -36,7 +36,7 @@ pub(super) struct SceneRequest {
     output: Output,
     latency: LatencyChoice,
     sample_rate_bits: u64,
-    /// Whether instances render their frames in blocks apart.
+    /// Whether instances render their frames in blocks of their own.
     is_staggered: bool,
 }
 
@@ -128,7 +128,8 @@ impl Loader {
         let room = self.params.room.get().0.filter(|_| scene == SceneChoice::Library && slot == 0);
         let output = self.output();
         let matching = self.params.matching.get().0;
-        let is_staggered = (1..LONGEST_HOP).contains(&self.live_block.load(Ordering::Acquire));
+        let live_block = f64::from(self.live_block.load(Ordering::Acquire));
+        let is_staggered = live_block > 0.0 && live_block < HOP_S * f64::from_bits(sample_rate_bits);
         let request =
             SceneRequest { scene, slot, saved, room, head, matching, stereo, output, latency, sample_rate_bits, is_staggered };
         (request, restores)
