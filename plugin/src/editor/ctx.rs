@@ -5,10 +5,11 @@ use super::{gesture::Gestures, theme::Palette, views::Views, words::Word};
 use crate::budget::Account;
 use crate::history::{History, Session, user_state::UserState};
 use crate::library::{drawn_room::DrawnRoom, lister::Listing, outline::Outline, scene_key::SceneKey};
-use crate::listener::snapshot::sources_of;
+use crate::listener::snapshot::{offset_of, sources_of};
 use crate::osc::Osc;
 use crate::parameter::{Parameter, cast::index, choices::SceneChoice};
 use crate::playing::loader::Loader;
+use crate::project::scene_frame::{SceneFrame, to_polar};
 use crate::project::walk::{SavedWalk, Walk};
 use crate::project::{
     params::PromenadeParams, persisted::Persisted, preferences::Preferences, settings::EditorSettings,
@@ -193,7 +194,7 @@ impl Ctx<'_> {
         let value = |parameter| self.value(parameter);
         let walk = self.source_walk(source);
         let on_path = walk.and_then(|walk| sources_of(value).on(walk, self.frame.transport_s));
-        on_path.map_or(home, |pose| pose.position) + Vec3::from_array(Parameter::place_of(source).map(value))
+        on_path.map_or(home, |pose| pose.position) + self.offset(source)
     }
 
     /// What the project says of its sources.
@@ -235,14 +236,39 @@ impl Ctx<'_> {
     /// Moves a source, 0 for the first, to a place of the world, while the pointer is down with `holds`.
     pub fn put_source(&mut self, home: Vec3, source: usize, place: Vec3, holds: bool) {
         let by = place - self.source_at(home, source);
-        for (axis, parameter) in Parameter::place_of(source).into_iter().enumerate() {
-            let value = self.value(parameter) + by[axis];
-            if holds {
-                self.hold(parameter, value);
-            } else if by[axis] != 0.0 {
-                self.set(parameter, value);
-            }
+        self.set_offset(source, self.offset(source) + by, self.is_polar(), holds);
+    }
+
+    /// Whether directions say where sources are.
+    pub fn is_polar(&self) -> bool {
+        self.is_on(Parameter::Place)
+    }
+
+    /// How far a source is from the scene's emitter, metres, without a path of its own.
+    pub fn offset(&self, source: usize) -> Vec3 {
+        let frame = self.scene.map(|scene| SceneFrame::of(scene));
+        offset_of(source, |parameter| self.value(parameter), frame.as_ref())
+    }
+
+    /// Puts a source so far from the scene's emitter by the parameters along the axes, or by those of directions.
+    pub fn set_offset(&mut self, source: usize, offset: Vec3, polar: bool, holds: bool) {
+        let (parameters, values) = match self.scene.filter(|_| polar).map(|scene| SceneFrame::of(scene)) {
+            Some(frame) => (Parameter::polar_of(source), to_polar(frame.from_world(frame.emitter + offset))),
+            None => (Parameter::place_of(source), offset.to_array()),
+        };
+        for (parameter, value) in
+            parameters.into_iter().zip(values).filter(|(p, v)| holds || self.value(*p) != *v).collect::<Vec<_>>()
+        {
+            if holds { self.hold(parameter, value) } else { self.set(parameter, value) }
         }
+    }
+
+    /// Has other parameters say where sources are, with all of them where they are.
+    pub fn place_by(&mut self, choice: usize) {
+        for source in 0..=self.params().further() {
+            self.set_offset(source, self.offset(source), choice > 0, false);
+        }
+        self.set(Parameter::Place, choice as f32);
     }
 
     /// Puts all further sources where the room has place about the listener.

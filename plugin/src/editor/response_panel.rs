@@ -59,7 +59,7 @@ impl ResponsePanel {
         let heard = ctx.frame.pose;
         let home = scene.emitter().unwrap_or_default();
         let pose = Pose { position: heard.position + home - ctx.source_at(home, 0), ..heard };
-        let block = <Snapshot>::of(ctx.params()).block;
+        let block = <Snapshot>::of(ctx.params(), None).block;
         let octave = self.band.checked_sub(1);
         ctx.views.response(Listening::new(scene, rate_hz, pose, block, octave))
     }

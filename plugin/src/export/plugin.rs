@@ -123,7 +123,7 @@ impl<const FURTHER: usize> Promenade<FURTHER> {
 
     /// The parameters of a block; a missing scene passes the dry sound at its level, and decodes are waited for offline.
     fn snapshot(&mut self, offline: bool) -> Snapshot<FURTHER> {
-        let mut snapshot = Snapshot::of(&self.params);
+        let mut snapshot = Snapshot::of(&self.params, self.playing.frame().as_ref());
         snapshot.block.live.wait = offline;
         if let Some(gain) = self.playing.dry {
             (snapshot.block.mix, snapshot.block.wet_solo) = (0.0, false);
@@ -277,7 +277,7 @@ impl<const FURTHER: usize> Promenade<FURTHER> {
         self.playing.activate(sample_rate_hz, output, self.instance.loader.choices());
         self.osc.activate(&self.params);
         // Hosts ask for both after an activation, before there is any block.
-        let (latency, tail) = self.delays(&Snapshot::of(&self.params)).unwrap_or_default();
+        let (latency, tail) = self.delays(&Snapshot::of(&self.params, None)).unwrap_or_default();
         self.timing.latency = latency;
         self.instance.host_side.set_latency(latency);
         self.instance.host_side.set_tail(tail);

@@ -160,7 +160,7 @@ mod tests {
 
     /// Values with the head turned, degrees, and a gain, dB.
     fn values(yaw_deg: f32, gain_db: f32) -> Snapshot<4> {
-        let mut values = Snapshot::of(&PromenadeParams::default().with_further(4));
+        let mut values = Snapshot::of(&PromenadeParams::default().with_further(4), None);
         values.sources.knobs = Pose::from_ypr(Vec3::ZERO, yaw_deg.to_radians(), 0.0, 0.0);
         values.block.gain = 10_f32.powf(gain_db / 20.0);
         values

@@ -9,7 +9,7 @@ mod place;
 pub(super) use self::address::{Part, address_of, parse};
 use self::place::{cartesian, polar, turned, turned_back};
 use super::packet;
-use crate::listener::snapshot::pose_of;
+use crate::listener::snapshot::{offset_of, pose_of};
 use crate::parameter::source_knob::{Part as OfSource, SourceKnob};
 use crate::parameter::{Parameter, cast::narrow};
 use crate::project::adm_config::{AdmConfig, METRE_LIMITS};
@@ -56,7 +56,7 @@ impl Values<'_> {
 
     /// How far a source is from the scene's emitter, metres.
     fn offset(&self, source: usize) -> Vec3 {
-        Vec3::from_array(Parameter::place_of(source).map(|parameter| self.params.heard(parameter)))
+        offset_of(source, |parameter| self.params.heard(parameter), Some(&self.frame()))
     }
 
     /// A place in the scene's world as ADM-OSC writes it, for a distance of 1 in metres.
@@ -103,7 +103,8 @@ impl AdmObject {
     fn place(&mut self, values: &Values, aed: [f32; 3]) -> bool {
         let world = values.world(cartesian(aed), self.metres(values.config));
         let offset = world - values.frame().emitter;
-        let mut clamped = false;
+        // What came last is heard.
+        let mut clamped = values.set(Parameter::Place, 0.0);
         for (parameter, value) in Parameter::place_of(self.source).into_iter().zip(offset.to_array()) {
             clamped |= values.set(parameter, value);
         }

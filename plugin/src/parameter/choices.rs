@@ -55,6 +55,14 @@ choices! {
         Transport = "transport", "Transport", "The listener walks the camera path as the host plays";
     }
 
+    /// Which parameters say where sources are.
+    Place: PlaceChoice {
+        /// Those along the axes.
+        Cartesian = "cartesian", "Cartesian", "x, y and z move the sources from their places in the scene";
+        /// Those of directions.
+        Polar = "polar", "Polar", "Azimuth, elevation and distance put the sources about where the scene's listener starts";
+    }
+
     /// How a head tracker is used.
     Tracking: Tracking {
         /// Not at all.

@@ -11,7 +11,7 @@ pub mod text;
 
 use crate::parameter::choices::{Choice, Variants};
 use crate::parameter::row::Values::{self, Number, Slot, Switch};
-use crate::parameter::row::{LEVEL, METRES, Row, SLOTS, SlotKind, TURN, Unit, WHOLE};
+use crate::parameter::row::{AWAY, LEVEL, METRES, QUARTER, Row, SLOTS, SlotKind, TURN, Unit, WHOLE};
 use crate::parameter::source_knob::{KNOBS, Part, SourceKnob};
 use crate::parameter::table::table;
 use nice_plug::prelude::FloatRange;
@@ -78,7 +78,7 @@ parameters! {
         /// Head turn, degrees, positive to the left.
         Yaw = POSE, "yaw", "Yaw", TURN, 0.0, "Yaw", "Turn of the head, positive to the left";
         /// Head tilt, degrees, positive nose up.
-        Pitch = POSE, "pitch", "Pitch", Number(Unit::Degree, -90.0, 90.0), 0.0, "Pitch",
+        Pitch = POSE, "pitch", "Pitch", QUARTER, 0.0, "Pitch",
             "Tilt of the head, positive with the nose up";
         /// Head tilt, degrees, positive right ear down.
         Roll = POSE, "roll", "Roll", TURN, 0.0, "Roll", "Tilt of the head, positive with the right ear down";
@@ -101,6 +101,18 @@ parameters! {
         Ey = EMITTER, "ey", "Emitter Offset Y", METRES, 0.0, "y", "Moves the source to the left from where it was recorded";
         /// How far the emitter is moved along z from its place in the scene, metres.
         Ez = EMITTER, "ez", "Emitter Offset Z", METRES, 0.0, "z", "Moves the source up from where it was recorded";
+        /// Which parameters say where sources are: [`choices::PlaceChoice`].
+        Place = EMITTER, "place", "Source Place", Values::Choice(Choice::Place), 0.0, "Place by",
+            "Which parameters say where sources are: x, y and z, or azimuth, elevation and distance";
+        /// Azimuth of the emitter from where the scene's listener starts, degrees, positive to the left.
+        Azimuth = EMITTER, "azimuth", "Source Azimuth", TURN, 0.0, "Azimuth",
+            "Direction of the source from where the scene's listener starts, positive to the left";
+        /// Its elevation, degrees.
+        Elevation = EMITTER, "elevation", "Source Elevation", QUARTER, 0.0, "Elevation",
+            "Angle of the source above where the scene's listener starts";
+        /// Its distance, metres.
+        Distance = EMITTER, "distance", "Source Distance", AWAY, 1.5, "Distance",
+            "Distance of the source from where the scene's listener starts";
         /// Angle between the emitters of a stereo input's channels, degrees; 0 for one emitter.
         Spread = EMITTER, "spread", "Stereo Spread", Number(Unit::Degree, 0.0, 180.0), 0.0, "Stereo",
             "Angle between the sources that play the left and the right channel, where the scene starts: 0 plays both \
@@ -189,6 +201,16 @@ impl Parameter {
         match source.checked_sub(1) {
             None => [Self::Ex, Self::Ey, Self::Ez],
             Some(further) => [Part::X, Part::Y, Part::Z].map(|part| Self::Source(SourceKnob { further, part })),
+        }
+    }
+
+    /// The azimuth, elevation and distance of a source, 0 for the first.
+    pub fn polar_of(source: usize) -> [Self; 3] {
+        match source.checked_sub(1) {
+            None => [Self::Azimuth, Self::Elevation, Self::Distance],
+            Some(further) => {
+                [Part::Azimuth, Part::Elevation, Part::Distance].map(|part| Self::Source(SourceKnob { further, part }))
+            }
         }
     }
 

@@ -1,6 +1,6 @@
 //! The parameters of further sources, which instances of many sources have beside their own.
 
-use crate::parameter::row::{LEVEL, METRES, Row};
+use crate::parameter::row::{AWAY, LEVEL, METRES, QUARTER, Row, TURN};
 
 /// The most further sources of an instance.
 pub const MOST_FURTHER: usize = 63;
@@ -20,11 +20,17 @@ pub enum Part {
     Z,
     /// Its level, dB; the least is silence.
     Level,
+    /// Its azimuth from where the scene's listener starts, degrees, positive to the left.
+    Azimuth,
+    /// Its elevation, degrees.
+    Elevation,
+    /// Its distance, metres.
+    Distance,
 }
 
 impl Part {
     /// All of them, in the order of their parameters.
-    pub const ALL: [Self; 4] = [Self::X, Self::Y, Self::Z, Self::Level];
+    pub const ALL: [Self; 7] = [Self::X, Self::Y, Self::Z, Self::Level, Self::Azimuth, Self::Elevation, Self::Distance];
 }
 
 /// A parameter of a further source.
@@ -62,6 +68,12 @@ macro_rules! sources {
             row!($number, "ez", " Offset Z", METRES, 0.0, "z", "Moves this source up from the place of the scene's source"),
             row!($number, "level", " Level", LEVEL, 0.0, "Level",
                 "How loud this source's input is taken; all the way down it is silent"),
+            row!($number, "azimuth", " Azimuth", TURN, at_first_polar($number).0, "Azimuth",
+                "Direction of this source from where the scene's listener starts, positive to the left"),
+            row!($number, "elevation", " Elevation", QUARTER, 0.0, "Elevation",
+                "Angle of this source above where the scene's listener starts"),
+            row!($number, "distance", " Distance", AWAY, at_first_polar($number).1, "Distance",
+                "Distance of this source from where the scene's listener starts"),
         ],)*];
         /// Names of the sources and of their inputs.
         pub const SOURCES: [&str; MOST_FURTHER] = [$(concat!("Source ", $number),)*];
@@ -83,6 +95,16 @@ const fn at_first(number: usize) -> (f32, f32) {
     }
     let beyond = number - 2 * ARC.len() - 2;
     (-2.7 - 0.8 * (beyond / 8) as f32, side * 0.5 * (1 + beyond % 8 / 2) as f32)
+}
+
+/// Its azimuth and distance at first, degrees and metres, by turns to the left and to the right: on the same arc, then on
+/// rings behind the listener.
+const fn at_first_polar(number: usize) -> (f32, f32) {
+    let side = if number.is_multiple_of(2) { 1.0 } else { -1.0 };
+    match number.checked_sub(2 * ARC.len() + 2) {
+        None => (side * 11.25 * (number / 2) as f32, 1.5),
+        Some(beyond) => (side * (101.25 + 10.0 * (beyond % 16 / 2) as f32), 1.5 + 0.45 * (beyond / 16) as f32),
+    }
 }
 
 sources!(

@@ -19,7 +19,7 @@ use crate::listener::leader::Leader;
 use crate::playing::gap::Gap;
 use crate::playing::loader::{Loader, Prepared, Retired};
 use crate::playing::output::{Output, Pairs};
-use crate::project::{exchange::Choices, source_walks::SourceWalks, walk::Walk};
+use crate::project::{exchange::Choices, scene_frame::SceneFrame, source_walks::SourceWalks, walk::Walk};
 use crate::worker::{LOADER, TaskHandle};
 use nice_plug::nice_error;
 use promenade_core::Spatializer;
@@ -145,6 +145,11 @@ impl Playing {
     /// What renders the scene, or the first two channels of it.
     pub(crate) fn spatializer(&self) -> Option<&Spatializer> {
         self.spatializers.first()
+    }
+
+    /// Where the listener of the scene that is played starts, and where its emitter is.
+    pub(crate) fn frame(&self) -> Option<SceneFrame> {
+        Some(SceneFrame::of(self.spatializer()?.renderer()?.scene()))
     }
 
     /// Where the scene has its emitter, if it knows that, metres.

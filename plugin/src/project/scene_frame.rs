@@ -14,6 +14,18 @@ pub struct SceneFrame {
     pub emitter: Vec3,
 }
 
+/// Ahead, left and up of an azimuth, positive to the left, an elevation, degrees, and a distance.
+pub fn from_polar([azimuth, elevation, distance]: [f32; 3]) -> Vec3 {
+    let ((sin_a, cos_a), (sin_e, cos_e)) = (azimuth.to_radians().sin_cos(), elevation.to_radians().sin_cos());
+    distance * Vec3::new(cos_e * cos_a, cos_e * sin_a, sin_e)
+}
+
+/// The other way; nothing is straight ahead of itself.
+pub fn to_polar(ahead: Vec3) -> [f32; 3] {
+    let (azimuth, elevation) = (ahead.y.atan2(ahead.x), ahead.z.atan2(ahead.truncate().length()));
+    [azimuth.to_degrees(), elevation.to_degrees(), ahead.length()]
+}
+
 impl SceneFrame {
     /// That of a scene; its emitter is where the listener begins if the scene does not say.
     pub fn of(scene: &Scene) -> Self {

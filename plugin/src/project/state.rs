@@ -49,6 +49,9 @@ pub fn migrate(state: &mut PluginState) {
     for (field, json) in FORMER {
         state.fields.entry(field.to_owned()).or_insert_with(|| json.to_owned());
     }
+    // States of before directions could say where sources are have them along the axes.
+    let cartesian = || ParamValue::String("cartesian".to_owned());
+    state.params.entry(Parameter::Place.id().to_owned()).or_insert_with(cartesian);
     // States of before slots kept their files have that of the one slot that is chosen.
     let saved = |field: &str| state.fields.get(field).and_then(|json| deserialize_field::<Value>(json).ok());
     if !state.fields.contains_key("slots") {
@@ -117,7 +120,7 @@ mod tests {
         params.extend([("tier".to_owned(), ParamValue::I32(99)), ("slot".to_owned(), ParamValue::I32(3))]);
         let mut state = PluginState { version: String::new(), params: params.into_iter().collect(), fields: [].into() };
         migrate(&mut state);
-        assert_eq!(state.params.keys().collect::<Vec<_>>(), ["slot", "y"]);
+        assert_eq!(state.params.keys().collect::<Vec<_>>(), ["place", "slot", "y"]);
     }
 
     #[test]
