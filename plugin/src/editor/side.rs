@@ -6,6 +6,7 @@ use super::theme::{CONTROL, Palette, SPACE};
 use super::widgets::{button, drop_down, heading, labelled, note, segments, title};
 use super::{ctx::Ctx, direction::seen_from, meter::Meters, source_path::SourcePath, view::reset, words::Word};
 use super::{loudness, pose_source, tier};
+use crate::parameter::choices::{Choice, Variants};
 use crate::parameter::source_knob::{Part, SourceKnob};
 use crate::parameter::{Parameter, row::SlotKind};
 use crate::project::scene_frame::from_polar;
