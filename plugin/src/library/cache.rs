@@ -49,11 +49,11 @@ static NEWEST: Mutex<VecDeque<(Weak<Scene>, Arc<Carriers>)>> = Mutex::new(VecDeq
 /// # Errors
 /// A sample rate at which no scene is played, or a scene that would cost too much there: [`Scene::playable_at`].
 pub fn carriers(scene: &Arc<Scene>, sample_rate_hz: f64, latency: Latency) -> Result<Arc<Carriers>, RenderError> {
-    scene.playable_at(sample_rate_hz)?;
     let mut is_new = false;
     let carriers = CARRIERS.of((scene.into(), sample_rate_hz.to_bits(), latency), || {
+        scene.playable_at(sample_rate_hz)?;
         is_new = true;
-        Ok(Carriers::with_latency(scene, sample_rate_hz, latency))
+        Ok::<_, RenderError>(Carriers::with_latency(scene, sample_rate_hz, latency))
     })?;
     let mut newest = lock(&NEWEST);
     newest.retain(|(of, _)| of.strong_count() > 0);
