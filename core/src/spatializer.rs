@@ -86,8 +86,9 @@ pub struct Spatializer {
     fresh: bool,
     wet: [Vec<f32>; 2],
     old: [Vec<f32>; 2],
-    /// Sum of the further voices' dry sound.
+    /// Sum of the further voices' dry sound, and their levels in it.
     further: Vec<f32>,
+    levels: [Option<Ramp>; MOST_VOICES],
 }
 
 impl Spatializer {
@@ -117,6 +118,7 @@ impl Spatializer {
             wet: pair(),
             old: pair(),
             further: vec![0.0; CHUNK],
+            levels: [None; MOST_VOICES],
         }
     }
 
@@ -285,6 +287,7 @@ impl Spatializer {
         if self.fresh {
             self.wet_gain.jump();
             self.dry_gain.jump();
+            self.levels.fill(None);
             self.fresh = false;
         }
     }
@@ -317,9 +320,10 @@ impl Spatializer {
         }
         let further = &mut self.further[..n];
         further.fill(0.0);
-        for voice in voices {
-            let gain = voice.gain();
-            further.iter_mut().zip(voice.input).for_each(|(sum, x)| *sum += gain * finite(*x));
+        for (voice, level) in voices.iter().zip(&mut self.levels) {
+            let level = level.get_or_insert(Ramp::at(voice.gain()));
+            level.aim(voice.gain(), self.ramp_len);
+            further.iter_mut().zip(voice.input).for_each(|(sum, x)| *sum += level.next() * finite(*x));
         }
         let [dry_left, dry_right, wet_gain, dry_gain] = self.next.each_mut().map(|row| &mut row[..n]);
         self.wet_gain.fill(wet_gain);

@@ -64,7 +64,6 @@ pub const PLACES: [Place; 11] = [
 ];
 
 /// The place of a file name.
-#[must_use]
 pub fn place(file: &str) -> Option<&'static Place> {
     PLACES.iter().find(|place| place.file == file)
 }
@@ -72,8 +71,7 @@ pub fn place(file: &str) -> Option<&'static Place> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::library::cache::content_hash;
-    use crate::library::level::level_cb;
+    use crate::library::{cache::content_hash, level::level_cb};
     use promenade_core::{Scene, SceneCard};
     use std::path::Path;
     use std::sync::Arc;
