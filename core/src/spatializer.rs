@@ -8,6 +8,8 @@ use crate::{EmitterParams, Emitters, LiveParams, MOST_VOICES, Pose, Quality, Ren
 
 /// Length of a cross-fade between scenes, seconds.
 const SCENE_FADE_S: f64 = 0.05;
+/// The longest that another setting of a place sounds before it is faded in, seconds.
+const LONGEST_REST_S: f64 = 1.0;
 /// Length of the ramp that takes a step in gain, mix or bypass, seconds.
 const GAIN_RAMP_S: f64 = 0.001;
 /// Samples that are worked on at a time.
@@ -71,7 +73,8 @@ pub struct Spatializer {
     active: Option<Box<Emitters>>,
     fading: Option<Box<Emitters>>,
     retired: Option<Box<Emitters>>,
-    /// Progress of the cross-fade, samples; it runs while below `fade_len`.
+    /// Samples until the cross-fade begins, and its progress; it runs while below `fade_len`.
+    rest: usize,
     fade: usize,
     fade_len: usize,
     ramp_len: usize,
@@ -106,6 +109,7 @@ impl Spatializer {
             fading: None,
             retired: None,
             fade: samples(SCENE_FADE_S),
+            rest: 0,
             fade_len: samples(SCENE_FADE_S),
             ramp_len: samples(GAIN_RAMP_S),
             past: Past::new(samples(LONGEST_LATENCY_S), CHUNK),
@@ -174,6 +178,23 @@ impl Spatializer {
         Ok(())
     }
 
+    /// As [`Spatializer::swap_in`], for another setting of the place that is played: the fade begins when its room sounds as
+    /// well, after a reverberation time or a second.
+    ///
+    /// # Errors
+    /// They come back while a fade is running or what was retired has not been taken.
+    ///
+    /// # Real-time
+    /// Audio thread; no allocation, lock or I/O.
+    pub fn swap_in_sounding(&mut self, emitters: Box<Emitters>) -> Result<(), Box<Emitters>> {
+        let t60_s = f64::from(emitters.renderer().scene().tail().longest_t60_s());
+        self.swap_in(emitters)?;
+        if self.fade < self.fade_len {
+            self.rest = whole(t60_s.min(LONGEST_REST_S) * self.sample_rate_hz);
+        }
+        Ok(())
+    }
+
     /// What has been faded out, to be dropped on another thread.
     ///
     /// # Real-time
@@ -229,7 +250,7 @@ impl Spatializer {
         if let Some(active) = &mut self.active {
             active.reset();
         }
-        self.fade = self.fade_len;
+        (self.fade, self.rest) = (self.fade_len, 0);
         if self.fading.is_some() {
             self.retired = self.fading.take();
         }
@@ -341,7 +362,7 @@ impl Spatializer {
             self.past.mix(delay, stand_in(&self.fading), self.old.each_mut().map(|ear| &mut ear[..n]));
             for (ear, old) in self.wet.iter_mut().zip(&self.old) {
                 for (i, (x, old)) in ear[..n].iter_mut().zip(old).enumerate() {
-                    let share = ((self.fade + i) as f32 / self.fade_len as f32).min(1.0);
+                    let share = ((self.fade + i).saturating_sub(self.rest) as f32 / self.fade_len as f32).min(1.0);
                     *x = old + share * (*x - old);
                 }
             }
@@ -350,7 +371,8 @@ impl Spatializer {
             out.iter_mut().zip(ear).for_each(|(out, x)| *out = bounded(*x));
         }
         if fading {
-            self.fade += n;
+            let rested = n.min(self.rest);
+            (self.rest, self.fade) = (self.rest - rested, self.fade + n - rested);
             if self.fade >= self.fade_len {
                 self.retired = self.fading.take();
             }
