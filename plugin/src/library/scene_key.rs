@@ -1,6 +1,6 @@
 //! The key by which a project finds its scene again.
 
-use super::factory::{LOFT_HASH, LOFT_TITLE};
+use super::factory::{LOFT_HASHES, LOFT_TITLE};
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 
@@ -29,12 +29,12 @@ pub struct SceneKey {
 impl SceneKey {
     /// The key of the loft that is built in.
     pub fn loft() -> Self {
-        Self { hash: LOFT_HASH.to_owned(), title: LOFT_TITLE.to_owned(), ..Self::default() }
+        Self { hash: LOFT_HASHES[0].to_owned(), title: LOFT_TITLE.to_owned(), ..Self::default() }
     }
 
     /// Whether it names the loft that is built in.
     pub fn is_loft(&self) -> bool {
-        self.hash == LOFT_HASH
+        LOFT_HASHES.contains(&self.hash.as_str())
     }
 
     /// The key of a file with the content of a hash.
