@@ -231,7 +231,7 @@ const tests = {
     cpSync(site, counting, { recursive: true });
     const file = join(counting, "engine/processor.js");
     const counted = readFileSync(file, "utf8")
-      .replace("process([input], [output]) {", (head) => `${head} globalThis.blocks = (globalThis.blocks ?? 0) + 1;`)
+      .replace("process(input, [output]) {", (head) => `${head} globalThis.blocks = (globalThis.blocks ?? 0) + 1;`)
       .replace('kind: "report",', (kind) => `${kind} blocks: globalThis.blocks,`);
     writeFileSync(file, counted);
     const own = await serve(counting);
