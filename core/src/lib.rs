@@ -79,10 +79,11 @@ pub use render::late::network::late_share;
 pub use render::low::lowest_bins::LOWEST_BINS;
 pub use renderer::{RenderError, RenderParams, Renderer, RendererConfig, SAMPLE_RATES_HZ};
 pub use scene::{
-    AMBISONIC_CHANNELS, AmbisonicHead, Anchor, AnchorCloud, BASS_SIGNALS, BassEars, BassField, Corners, DiffractionEdge,
-    Emission, HeldOut, ImageSource, ImageSources, Lifted, MAX_SCENE_BYTES, MeasuredHead, MeasuredRoom, Mover, NoHeadError,
-    NotAmbisonicError, Provenance, ResponseMeasures, Scene, SceneCard, SceneError, SceneParts, Site, TailModel, TooCostly,
-    TurningRoom, Weather, ambisonic_dry, barrier_db, lit_gain, noise_share, wave_share,
+    AMBISONIC_CHANNELS, AmbisonicHead, Anchor, AnchorCloud, Audible, BASS_SIGNALS, BassEars, BassField, Corners,
+    DiffractionEdge, Emission, FrontPoint, HeldOut, ImageSource, ImageSources, Lifted, MAX_SCENE_BYTES, Measure, MeasuredHead,
+    MeasuredRoom, Mover, NoHeadError, NotAmbisonicError, Provenance, ResponseMeasures, Scene, SceneCard, SceneError,
+    SceneParts, Setting, Site, TailModel, TooCostly, TurningRoom, Weather, ambisonic_dry, barrier_db, lit_gain, noise_share,
+    wave_share,
 };
 pub use spatializer::{BlockParams, Spatializer};
 pub use tier::{LiveParams, Quality, Tier};

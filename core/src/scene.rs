@@ -12,10 +12,12 @@ mod error;
 mod format;
 mod head;
 mod image_sources;
+mod less;
 mod lifted;
 mod manifest;
 mod measured;
 mod parts;
+mod setting;
 mod tail;
 mod turning_room;
 mod weather;
@@ -41,6 +43,7 @@ pub use lifted::Lifted;
 pub use manifest::MAX_SCENE_BYTES;
 pub use measured::{MeasuredRoom, Site};
 pub use parts::{Anchor, AnchorCloud, HeldOut, MeasuredHead, Provenance, ResponseMeasures, SceneParts};
+pub use setting::{Audible, FrontPoint, Measure, Setting};
 pub use tail::TailModel;
 pub use turning_room::{Mover, TurningRoom};
 pub use weather::Weather;
@@ -80,6 +83,13 @@ impl Scene {
         let field = Field::new(nodes, shape, Rows::Whole(transfer.to_row()));
         let field = field.ok_or_else(|| value("transfer function", format!("{shape:?}"), "another shape"))?;
         Self::new(SceneParts { taps: shape.taps, field: Some(field), top_hz, ..SceneParts::new(grid, bands, tail) })
+    }
+
+    /// What playing it takes at a host's rate while the listener walks and turns, about nanoseconds of a processor a second:
+    /// counts of operations, each weighed, so that they are the same on every machine.
+    #[must_use]
+    pub fn operations(&self, sample_rate_hz: f64) -> f64 {
+        cost::operations(&self.parts, &self.grid().at_rate(sample_rate_hz))
     }
 
     /// Reads a scene file.

@@ -8,6 +8,8 @@ use crate::{EmitterParams, Emitters, LiveParams, MOST_VOICES, Pose, Quality, Ren
 
 /// Length of a cross-fade between scenes, seconds.
 const SCENE_FADE_S: f64 = 0.05;
+/// The longest that another setting of a place sounds before it is faded in, seconds.
+const LONGEST_REST_S: f64 = 1.0;
 /// Length of the ramp that takes a step in gain, mix or bypass, seconds.
 const GAIN_RAMP_S: f64 = 0.001;
 /// Samples that are worked on at a time.
@@ -71,7 +73,8 @@ pub struct Spatializer {
     active: Option<Box<Emitters>>,
     fading: Option<Box<Emitters>>,
     retired: Option<Box<Emitters>>,
-    /// Progress of the cross-fade, samples; it runs while below `fade_len`.
+    /// Samples until the cross-fade begins, and its progress; it runs while below `fade_len`.
+    rest: usize,
     fade: usize,
     fade_len: usize,
     ramp_len: usize,
@@ -86,8 +89,9 @@ pub struct Spatializer {
     fresh: bool,
     wet: [Vec<f32>; 2],
     old: [Vec<f32>; 2],
-    /// Sum of the further voices' dry sound.
+    /// Sum of the further voices' dry sound, and their levels in it.
     further: Vec<f32>,
+    levels: [Option<Ramp>; MOST_VOICES],
 }
 
 impl Spatializer {
@@ -105,6 +109,7 @@ impl Spatializer {
             fading: None,
             retired: None,
             fade: samples(SCENE_FADE_S),
+            rest: 0,
             fade_len: samples(SCENE_FADE_S),
             ramp_len: samples(GAIN_RAMP_S),
             past: Past::new(samples(LONGEST_LATENCY_S), CHUNK),
@@ -117,6 +122,7 @@ impl Spatializer {
             wet: pair(),
             old: pair(),
             further: vec![0.0; CHUNK],
+            levels: [None; MOST_VOICES],
         }
     }
 
@@ -168,6 +174,23 @@ impl Spatializer {
         } else {
             self.fading = old;
             self.fade = 0;
+        }
+        Ok(())
+    }
+
+    /// As [`Spatializer::swap_in`], for another setting of the place that is played: the fade begins when its room sounds as
+    /// well, after a reverberation time or a second.
+    ///
+    /// # Errors
+    /// They come back while a fade is running or what was retired has not been taken.
+    ///
+    /// # Real-time
+    /// Audio thread; no allocation, lock or I/O.
+    pub fn swap_in_sounding(&mut self, emitters: Box<Emitters>) -> Result<(), Box<Emitters>> {
+        let t60_s = f64::from(emitters.renderer().scene().tail().longest_t60_s());
+        self.swap_in(emitters)?;
+        if self.fade < self.fade_len {
+            self.rest = whole(t60_s.min(LONGEST_REST_S) * self.sample_rate_hz);
         }
         Ok(())
     }
@@ -227,7 +250,7 @@ impl Spatializer {
         if let Some(active) = &mut self.active {
             active.reset();
         }
-        self.fade = self.fade_len;
+        (self.fade, self.rest) = (self.fade_len, 0);
         if self.fading.is_some() {
             self.retired = self.fading.take();
         }
@@ -285,6 +308,7 @@ impl Spatializer {
         if self.fresh {
             self.wet_gain.jump();
             self.dry_gain.jump();
+            self.levels.fill(None);
             self.fresh = false;
         }
     }
@@ -317,9 +341,10 @@ impl Spatializer {
         }
         let further = &mut self.further[..n];
         further.fill(0.0);
-        for voice in voices {
-            let gain = voice.gain();
-            further.iter_mut().zip(voice.input).for_each(|(sum, x)| *sum += gain * finite(*x));
+        for (voice, level) in voices.iter().zip(&mut self.levels) {
+            let level = level.get_or_insert(Ramp::at(voice.gain()));
+            level.aim(voice.gain(), self.ramp_len);
+            further.iter_mut().zip(voice.input).for_each(|(sum, x)| *sum += level.next() * finite(*x));
         }
         let [dry_left, dry_right, wet_gain, dry_gain] = self.next.each_mut().map(|row| &mut row[..n]);
         self.wet_gain.fill(wet_gain);
@@ -337,7 +362,7 @@ impl Spatializer {
             self.past.mix(delay, stand_in(&self.fading), self.old.each_mut().map(|ear| &mut ear[..n]));
             for (ear, old) in self.wet.iter_mut().zip(&self.old) {
                 for (i, (x, old)) in ear[..n].iter_mut().zip(old).enumerate() {
-                    let share = ((self.fade + i) as f32 / self.fade_len as f32).min(1.0);
+                    let share = ((self.fade + i).saturating_sub(self.rest) as f32 / self.fade_len as f32).min(1.0);
                     *x = old + share * (*x - old);
                 }
             }
@@ -346,7 +371,8 @@ impl Spatializer {
             out.iter_mut().zip(ear).for_each(|(out, x)| *out = bounded(*x));
         }
         if fading {
-            self.fade += n;
+            let rested = n.min(self.rest);
+            (self.rest, self.fade) = (self.rest - rested, self.fade + n - rested);
             if self.fade >= self.fade_len {
                 self.retired = self.fading.take();
             }

@@ -220,7 +220,7 @@ impl VoiceState {
             self.level.jump();
         }
         self.source.aim(low_cut_hz, jumps);
-        let input = if self.asleep && self.off { &[] } else { voice.input };
+        let input = if self.asleep && voice.gain() == 0.0 { &[] } else { voice.input };
         // Most of many inputs have no sound at most times.
         self.blank = self.blank && input.is_empty();
         if !self.blank {

@@ -20,6 +20,7 @@ mod oracle;
 mod realtime;
 mod reset;
 mod scene_file;
+mod setting;
 mod sound;
 mod stereo;
 mod trim;

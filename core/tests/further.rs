@@ -9,6 +9,7 @@ use promenade_testing::noise;
 use promenade_testing::scenes::{room, room_of_responses, room_with_images, walk};
 use promenade_testing::signal::{difference_db, first_difference};
 use std::sync::Arc;
+use std::time::Instant;
 
 const RATE: f64 = 48_000.0;
 
@@ -261,4 +262,46 @@ fn voices_have_levels_and_are_muted_and_switched_off() {
     let again = heard(&|at| Voice { off: (24_000..48_000).contains(&at), ..Voice::default() });
     let end = |ears: &[Vec<f32>; 2]| ears.each_ref().map(|ear| ear[80_000..].to_vec());
     assert!(difference_db(&end(&plain), &end(&again)) < -60.0);
+}
+
+/// What nobody hears is not worked out, be it sound or silence. The least times of many spans are compared.
+#[test]
+fn a_muted_voice_with_sound_costs_what_a_silent_one_does() {
+    let scene = room_with_images(RATE, 0.15, 0.1, 12);
+    let pose = scene.start_pose();
+    let (sound, silence) = (noise(9, 4_096), vec![0.0; 4_096]);
+    let [muted, heard, silent] = [(&sound, true), (&sound, false), (&silence, false)].map(|(input, mute)| {
+        let mut s = with_further(&scene, 24);
+        let mut out = [silence.clone(), silence.clone()];
+        let spans = (0..60).map(|_| {
+            let started = Instant::now();
+            let [left, right] = &mut out;
+            let voices = [Voice { input, mute, ..Voice::default() }; 24];
+            s.process(&[&silence], &voices, [left, right], &BlockParams::default(), |_| pose);
+            started.elapsed()
+        });
+        // It falls asleep first.
+        spans.skip(20).min().unwrap()
+    });
+    println!("24 voices, 4,096 samples: muted {muted:?}, silent {silent:?}, heard {heard:?}");
+    assert!(muted < silent.mul_f64(1.5) && heard > silent.mul_f64(2.0), "{muted:?}, {silent:?}, {heard:?}");
+}
+
+#[test]
+fn the_dry_sound_of_a_further_voice_glides_to_its_level() {
+    let scene = room(RATE, 0.3, 0.1);
+    let mut s = with_further(&scene, 1);
+    let (silence, sound) = ([0.0; 480], [0.5; 480]);
+    let params = BlockParams { mix: 0.0, ..BlockParams::default() };
+    let mut heard = Vec::new();
+    for block in 0..40 {
+        let mut ears = [[0.0; 480]; 2];
+        let voice = Voice { input: &sound, mute: block >= 20, ..Voice::default() };
+        let [left, right] = &mut ears;
+        s.process(&[&silence], &[voice], [left, right], &params, |_| Pose::IDENTITY);
+        heard.extend(ears[0]);
+    }
+    let steady = &heard[4_800..];
+    let step = steady.windows(2).map(|pair| (pair[1] - pair[0]).abs()).fold(0.0, f32::max);
+    assert!((steady[0] - 0.5).abs() < 1e-3 && *steady.last().unwrap() == 0.0 && step < 0.01, "a step of {step}");
 }

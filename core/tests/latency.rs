@@ -38,8 +38,9 @@ fn difference(scene: &Arc<Scene>, params: &BlockParams, pose: Pose) -> f32 {
     for (latency, stated, lag) in [(Latency::Samples64, 64, 64), (Latency::None, 0, LEAD)] {
         let mut s = spatializer(scene, RATE, latency);
         assert_eq!(s.latency_samples(), stated);
-        // What comes later than is stated belongs to the tail.
-        assert_eq!(s.tail_samples(), tail + lag - stated);
+        // What comes later than is stated belongs to the tail; that of a field of waves has the frame's latency within it.
+        let longest = tail + lag - stated;
+        assert!((longest - if scene.bass().is_some() { 2 * FRAME } else { 0 }..=longest).contains(&s.tail_samples()));
         let found = render(&mut s, &input, &[512, 31, 100], params, |_| pose);
         let len = input.len() - FRAME;
         worst = worst.max(difference_db(&from(&wanted, FRAME, len), &from(&found, lag, len)));

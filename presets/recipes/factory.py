@@ -23,6 +23,7 @@ def main():
     a = p.parse_args()
     room = lambda name: ["bake", "responses", PRESETS / "recipes" / f"{name}.json", "--root", a.iosr, *HELD_OUT]
     loft = ["simulate", PRESETS / "scenes" / "loft.obj", "--source", "1.5,0,0", "--head", a.head, "--rays", "65536", "--head-turns", "1"]
+    loft += ["--waves", "105", "--gain", "-4.8"]
     scenes = {name: room(name) for name in ("iosr-room-a", "iosr-room-b")}
     scenes["loft"] = [*loft, "--seed", "1", "--title", "Loft, round a corner"]
     for name, command in scenes.items():

@@ -231,7 +231,7 @@ const tests = {
     cpSync(site, counting, { recursive: true });
     const file = join(counting, "engine/processor.js");
     const counted = readFileSync(file, "utf8")
-      .replace("process([input], [output]) {", (head) => `${head} globalThis.blocks = (globalThis.blocks ?? 0) + 1;`)
+      .replace("process(input, [output]) {", (head) => `${head} globalThis.blocks = (globalThis.blocks ?? 0) + 1;`)
       .replace('kind: "report",', (kind) => `${kind} blocks: globalThis.blocks,`);
     writeFileSync(file, counted);
     const own = await serve(counting);
@@ -289,6 +289,7 @@ const tests = {
     await page.click("#add-sound");
     await until(page, "a second sound", () => promenade.voices.voices[1]?.loaded && promenade.stage.sounds[1]);
     check((await page.evaluate(() => promenade.voices.voices[1].scene)) === null, "it is in this place");
+    check((await page.evaluate(() => promenade.voices.rooms.size)) === 1, "both are played by one engine");
     // Dragged over the plan by a hundred pixels.
     const at = () => page.evaluate(() => promenade.stage.sounds[1].position);
     const before = await at();
@@ -305,7 +306,7 @@ const tests = {
     await page.mouse.up();
     const after = await at();
     check(after[0] - before[0] > 0.3 && Math.abs(before[1] - after[1]) < 0.05, `${before} to ${after}`);
-    const offset = await page.evaluate(() => promenade.voices.voices[1].engine.values.get("offsetX"));
+    const offset = await page.evaluate(() => promenade.voices.voices[1].room.engine.offsets.get(1)[0]);
     const first = await page.evaluate(() => promenade.stage.sounds[0].position);
     check(Math.abs(offset - (after[0] - first[0])) < 1e-6, `${offset}`);
     // The focus is on a button: arrow keys walk all the same.
@@ -552,7 +553,7 @@ const tests = {
         // A memory that no engine has left behind: it traps at the first block.
         const memory = new ArrayBuffer(8 << 20);
         new Uint8Array(memory).fill(0xff);
-        promenade.voices.voices[0].engine.post(
+        promenade.voices.voices[0].room.engine.post(
           { kind: "memory", slot: "main", name: "broken", memory, rush: true, hear: true },
           [memory],
         );

@@ -6,6 +6,7 @@ mod automation;
 mod blocks;
 mod complaints;
 mod conventions;
+mod directions;
 mod documents;
 mod files;
 mod headphones;

@@ -246,10 +246,10 @@ fn every_source_has_its_parameters<H: Host>() {
     }
 }
 
-/// Where a source begins along an axis, metres from the first.
+/// What a parameter of a source is at first, metres or degrees.
 fn default_of(knobs: &[Knob], source: usize, axis: &str) -> f64 {
     let knob = knobs.iter().find(|knob| knob.name == format!("Source {source} {axis}")).unwrap();
-    knob.default.trim_end_matches(" m").parse().unwrap()
+    knob.default.trim_end_matches([' ', 'm', 'd', 'e', 'g']).parse().unwrap()
 }
 
 /// Has the parameters of so many sources, and no others.
@@ -260,12 +260,19 @@ fn has_parameters<H: Host>(many: &mut H, sources: usize) {
     for source in 2..=sources {
         let [x, y] = ["Offset X", "Offset Y"].map(|axis| default_of(&knobs, source, axis));
         // The loft's walls about its source, on this side of the corner.
-        assert!((-7.6..1.4).contains(&x) && (-2.6..2.4).contains(&y), "source {source} begins outside: {x}, {y}");
+        let [azimuth, away] = ["Azimuth", "Distance"].map(|part| default_of(&knobs, source, part));
+        let (sin, cos) = azimuth.to_radians().sin_cos();
+        for (x, y) in [(x, y), (away * cos - 1.5, away * sin)] {
+            assert!((-7.6..1.4).contains(&x) && (-2.6..2.4).contains(&y), "source {source} begins outside: {x}, {y}");
+        }
         for (id, name, default) in [
             ("ex", "Offset X", format!("{x:.3} m")),
             ("ey", "Offset Y", format!("{y:.3} m")),
             ("ez", "Offset Z", "0.000 m".to_owned()),
             ("level", "Level", "0.00 dB".to_owned()),
+            ("azimuth", "Azimuth", format!("{azimuth:.2} deg")),
+            ("elevation", "Elevation", "0.00 deg".to_owned()),
+            ("distance", "Distance", format!("{away:.3} m")),
         ] {
             wanted.push((host_id(&format!("{id}{source}")), format!("Source {source} {name}"), default, true));
         }

@@ -140,7 +140,9 @@ fn the_transport_walks_the_camera_path<H: Host>() {
 }
 
 fn a_transport_that_is_located_jumps<H: Host>() {
-    // Without a room, so that nothing but the frame sounds on.
+    // After the latency, samples.
+    const SOUNDS_ON: usize = 4_800;
+    // Without a room, so that nothing but the frame and the bass's crossover sounds on.
     let draft = || {
         let mut host = turning::<H>();
         host.set("tier", 0.0);
@@ -154,14 +156,13 @@ fn a_transport_that_is_located_jumps<H: Host>() {
         host.play_from(0.0);
         render(&mut host, &[&signal, &signal], &[block]);
         host.play_from(to_s);
-        // The latency, and a frame of 20 ms.
-        let sounds_on = host.latency() + 960;
+        let sounds_on = host.latency() + SOUNDS_ON;
         render(&mut host, &[&signal, &signal], &[block]).map(|ear| ear[sounds_on..].to_vec())
     };
     let mut there = draft();
     there.play_from(50.0);
     let wanted = render(&mut there, &[&signal, &signal], &[block]);
-    let wanted = wanted.map(|ear| ear[there.latency() + 960..].to_vec());
+    let wanted = wanted.map(|ear| ear[there.latency() + SOUNDS_ON..].to_vec());
     let difference = difference_db(&located(50.0), &wanted);
     assert!(difference < -60.0, "after the jump the listener is {difference} dB away");
     let difference = difference_db(&located(-5.0), &wanted);

@@ -35,6 +35,8 @@ pub(crate) struct Follower {
     early_taps: usize,
     /// Explicit taps that follow at high frequencies with every turn.
     turned_taps: usize,
+    /// Times as many hops that all take.
+    refresh: usize,
     /// Shares of the time filters that still have to follow.
     stale_shares: usize,
 }
@@ -57,6 +59,7 @@ impl Follower {
             quick_hops,
             early_taps,
             turned_taps,
+            refresh: scene.parts().refresh,
             stale_shares: 0,
         }
     }
@@ -100,8 +103,11 @@ impl Follower {
     /// them if `whole`; `share` counts hops. While no room is heard its filters wait.
     pub(crate) fn follow(&mut self, pose: &Pose, quality: &Quality, (whole, share): (bool, usize), room: bool) -> Change {
         let live = self.live.as_mut().filter(|_| quality.tier >= Tier::High);
-        let share = share % REFRESH_HOPS;
-        let turn = Some(share % TURNS);
+        // Each group of bins keeps its turn, and leaves out all but every so many.
+        let turn = share % TURNS;
+        let (round, is_due) = (share / TURNS + turn, (share / TURNS + turn) % self.refresh == 0);
+        let share = if self.refresh > 1 { round / self.refresh * TURNS + turn } else { share } % REFRESH_HOPS;
+        let turn = Some(turn);
         let whole = whole || live.is_some() != self.is_live;
         self.is_live = live.is_some();
         let decoder: &mut dyn Decoder = match (live, &mut self.field) {
@@ -117,7 +123,7 @@ impl Follower {
         if whole {
             self.stale_shares = 0;
             change = Change { direct, ..Change::whole(self.filter_hops, self.taps) };
-        } else if room && self.stale_shares > 0 {
+        } else if room && self.stale_shares > 0 && is_due {
             self.stale_shares -= 1;
             // Taken by turns, so that a listener who turns hears the room follow in small steps rather than the early part in
             // one: each of the groups of bins has its turn with each class of hops.

@@ -104,6 +104,8 @@ pub trait DecodeWorker: Send {
 pub(crate) struct LiveDecoder {
     worker: Box<dyn DecodeWorker>,
     hop_s: f64,
+    /// The most decodes a second.
+    most_hz: f64,
     /// What is heard now, where the running cross-fade came from, and where it goes to.
     shown: Decoded,
     from: Decoded,
@@ -128,7 +130,8 @@ impl LiveDecoder {
         worker.request(&scene.start_pose(), true);
         let heard = worker.take().map(|d| first.copy_from(d)).is_some();
         let (to, shown) = (first.clone(), first.clone());
-        Self { worker, hop_s, from: silent, to, shown, first, done: 1, hops: 1, asked: None, since: 0, heard }
+        let most_hz = scene.parts().decodes as f64;
+        Self { worker, hop_s, most_hz, from: silent, to, shown, first, done: 1, hops: 1, asked: None, since: 0, heard }
     }
 
     /// Is as new again; an answer that is still on its way belongs to the past.
@@ -146,7 +149,7 @@ impl LiveDecoder {
 
 impl Decoder for LiveDecoder {
     fn follow(&mut self, pose: &Pose, whole: bool, params: &LiveParams) -> bool {
-        let rate = f64::from(params.rate_hz).max(1e-3);
+        let rate = f64::from(params.rate_hz).min(self.most_hz).max(1e-3);
         let interval = number::whole((1.0 / (rate * self.hop_s)).round().clamp(1.0, 1e6));
         self.since = self.since.saturating_add(1);
         if whole {
@@ -256,6 +259,7 @@ mod tests {
         let mut live = LiveDecoder {
             worker: Box::new(worker),
             hop_s: 0.005,
+            most_hz: 1e3,
             shown: silent.clone(),
             from: silent.clone(),
             to: silent.clone(),

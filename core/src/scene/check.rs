@@ -6,6 +6,7 @@ use super::{
     AMBISONIC_CHANNELS, AnchorCloud, BASS_SIGNALS, BassField, Corners, DiffractionEdge, Emission, ImageSources, MeasuredRoom,
     SceneParts, TurningRoom, Weather,
 };
+use crate::decode::TURNS;
 use crate::decode::field::{Field, FieldGrid};
 use crate::grid::LONGEST_LATENCY_S;
 use crate::number::{single, whole};
@@ -15,6 +16,7 @@ use glam::Vec3;
 
 /// The largest numbers of things in a scene, checked before anything is allocated for them.
 const MAX_NODES: usize = 1 << 22;
+const MAX_FRONT: usize = 1024;
 const MAX_ANCHORS: usize = 65_536;
 const MAX_BINS: usize = 1 << 15;
 pub(super) const MAX_BANDS: usize = 512;
@@ -252,6 +254,8 @@ pub(super) fn check(parts: &SceneParts) -> Result<(), SceneError> {
     check_grid(&parts.grid)?;
     limit("bands", parts.bands.count(), 2, MAX_BANDS)?;
     limit("taps", parts.taps, 0, MAX_HOPS)?;
+    limit("slowness of refreshing", parts.refresh, 1, TURNS)?;
+    limit("decodes a second", parts.decodes, 1, usize::MAX)?;
     let shape = parts.shape();
     if parts.field.is_none() && parts.cloud.is_none() {
         return Err(value("decoder", "a field or an anchor cloud", "neither"));
@@ -281,6 +285,11 @@ pub(super) fn check(parts: &SceneParts) -> Result<(), SceneError> {
     }
     for levels in parts.measured_head.iter().flat_map(|h| [&h.around_db, &h.diffuse_db[0], &h.diffuse_db[1]]) {
         in_range("levels of the measured head", levels, -200.0, 200.0)?;
+    }
+    limit("points of the front", parts.front.len(), 0, MAX_FRONT)?;
+    for point in &parts.front {
+        in_range("errors of the front", &[point.error.jnds], 0.0, 1e6)?;
+        in_range("costs of the front", &[point.cost], 0.0, 1e3)?;
     }
     limit("anchors", parts.anchors.len(), 0, MAX_ANCHORS)?;
     limit("held-out measurements", parts.held_out.len(), 0, MAX_HELD_OUT)?;

@@ -14,6 +14,8 @@ const CHECKSUM: &str = "crc32";
 /// Names of the two tables of transfer functions.
 const FIELD: &str = "field";
 const ROOM: &str = "room";
+/// Name of the settings of a scene with their costs and errors, which readers of older versions leave.
+const FRONT: &str = "front.points";
 /// Numbers of a site of a response: direction, position, number of the response.
 const SITE: usize = 7;
 /// Prefix of the anchor cloud's weights, before the published names.

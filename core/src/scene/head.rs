@@ -2,7 +2,7 @@
 
 use super::{AMBISONIC_CHANNELS, AmbisonicHead, ImageSources, MeasuredHead, MeasuredRoom, Scene, SceneParts};
 use crate::decode::field::{Facing, Field, FieldGrid, Rows};
-use crate::head::{HEAD_BANDS, Head, Incidence, at_hz, lag_s, low_pass_power};
+use crate::head::{HEAD_BANDS, Head, Incidence, ambisonic_filters, at_hz, harmonics, lag_s, low_pass_power};
 use crate::number::single;
 use crate::{Bands, StftGrid, TransferShape};
 use glam::Vec3;
@@ -106,7 +106,15 @@ impl AmbisonicHead {
     /// Not real-time safe: allocates, and takes a good part of a second.
     #[must_use]
     pub fn of(head: &Head, sample_rate_hz: f64, lead: usize, length: usize) -> Self {
-        let n_fft = (2 * length).next_power_of_two().max(256);
+        let n_fft = n_fft(length);
+        let filters = head.ambisonic(AMBISONIC_CHANNELS.isqrt() - 1, Incidence::Horizontal, n_fft, sample_rate_hz);
+        Self::of_spectra(filters, sample_rate_hz, lead, length)
+    }
+
+    /// Filters of the channels of some order, `[channel][ear][bin]`, about the moment at which the sound is at the head's
+    /// centre; channels beyond them are silent.
+    fn of_spectra(filters: Vec<[Vec<Complex32>; 2]>, sample_rate_hz: f64, lead: usize, length: usize) -> Self {
+        let n_fft = n_fft(length);
         let [rise, fall] = [lead / 4, length / 8];
         let ramp = |i: usize, of: usize| single((0.5 * std::f64::consts::PI * (i as f64 + 0.5) / of as f64).sin().powi(2));
         let impulse = |mut spectrum: Vec<Complex32>| -> Vec<f32> {
@@ -120,15 +128,45 @@ impl AmbisonicHead {
             time.iter_mut().rev().take(fall).enumerate().for_each(|(i, v)| *v *= ramp(i, fall));
             time
         };
-        let filters = head.ambisonic(AMBISONIC_CHANNELS.isqrt() - 1, Incidence::Horizontal, n_fft, sample_rate_hz);
-        let filters = filters.into_iter().flatten().flat_map(impulse).collect();
+        let mut filters: Vec<f32> = filters.into_iter().flatten().flat_map(impulse).collect();
+        filters.resize(2 * AMBISONIC_CHANNELS * length, 0.0);
         Self { sample_rate_hz, lead, filters }
+    }
+
+    /// This head in a lower order, fitted as [`ambisonic_filters`] says to what it hears in its own.
+    ///
+    /// # Real-time
+    /// Not real-time safe: allocates, and takes a good part of a second.
+    pub(crate) fn in_order(&self, order: usize) -> Self {
+        let n_fft = n_fft(self.len());
+        let bin_hz = self.sample_rate_hz / n_fft as f64;
+        let bins: Vec<_> = (0..=n_fft / 2)
+            .map(|k| {
+                let centred = Complex64::cis(TAU * (k * self.lead) as f64 / n_fft as f64);
+                self.at(k as f64 * bin_hz).map(|ears| ears.map(|x| x * centred))
+            })
+            .collect();
+        let filters = ambisonic_filters(order, Incidence::Horizontal, bin_hz, |direction| {
+            let shares = harmonics(AMBISONIC_CHANNELS.isqrt() - 1, direction);
+            [0, 1].map(|ear| {
+                let sum = |bin: &[[Complex64; 2]; AMBISONIC_CHANNELS]| -> Complex64 {
+                    bin.iter().zip(&shares).map(|(ears, share)| ears[ear] * f64::from(*share)).sum()
+                };
+                bins.iter().map(|bin| sum(bin)).map(|x| Complex32::new(single(x.re), single(x.im))).collect()
+            })
+        });
+        Self::of_spectra(filters, self.sample_rate_hz, self.lead, self.len())
     }
 
     /// Another head, of this one's rate, lead and length.
     fn of_other(&self, head: &Head) -> Self {
         Self::of(head, self.sample_rate_hz, self.lead, self.len())
     }
+}
+
+/// Length of transforms for filters of a length.
+fn n_fft(length: usize) -> usize {
+    (2 * length).next_power_of_two().max(256)
 }
 
 /// Directions of the nodes at one position, each with the share of the sphere that it stands for.

@@ -73,6 +73,14 @@ impl AmbisonicHead {
         self.filters.len() / (2 * AMBISONIC_CHANNELS)
     }
 
+    /// The highest order of which anything is heard, 0 to 3.
+    #[must_use]
+    pub fn order(&self) -> usize {
+        let channels = self.filters.rchunks_exact(2 * self.len().max(1));
+        let silent = channels.take_while(|filters| filters.iter().all(|x| *x == 0.0)).count();
+        (AMBISONIC_CHANNELS - 1).saturating_sub(silent).isqrt()
+    }
+
     /// Whether there are none.
     #[must_use]
     pub fn is_empty(&self) -> bool {

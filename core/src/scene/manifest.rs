@@ -28,6 +28,12 @@ pub(super) struct Manifest {
     pub(super) grid: ManifestGrid,
     pub(super) seed: u64,
     pub(super) taps: usize,
+    /// Absent in scenes whose time filters follow as fast as they can.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(super) refresh: Option<usize>,
+    /// Absent in scenes whose poses are decoded as often as is asked for.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(super) decodes: Option<usize>,
     pub(super) top_hz: f32,
     pub(super) start: ManifestPose,
     /// Corners of the box of listener positions.

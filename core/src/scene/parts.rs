@@ -1,5 +1,6 @@
 //! What a scene is made of.
 
+use super::setting::FrontPoint;
 use super::{BassField, Corners, ImageSources, MeasuredRoom, TailModel, Weather};
 use crate::head::HEAD_BANDS;
 use crate::network::{CloudEmitter, CloudModel};
@@ -129,6 +130,12 @@ pub struct SceneParts {
     pub bass: Option<BassField>,
     /// Anchor cloud with its decoder: the tiers High and, with convolution layers, Reference.
     pub cloud: Option<AnchorCloud>,
+    /// Times as many hops over which the time filters follow a listener who moves, 1 to 4: accuracy against processor time.
+    pub refresh: usize,
+    /// Decodes a second of an anchor cloud, at most.
+    pub decodes: usize,
+    /// Settings of all that it holds with their costs and errors, where they are known.
+    pub front: Vec<FrontPoint>,
     /// Above this frequency the data say nothing, Hz: masks and filters are held from here for faster host rates.
     pub top_hz: f32,
     /// A measured pose to start at.
@@ -163,6 +170,9 @@ impl SceneParts {
             corners: None,
             bass: None,
             cloud: None,
+            refresh: 1,
+            decodes: usize::MAX,
+            front: Vec::new(),
             start_pose: Pose::IDENTITY,
             bounds: (Vec3::ZERO, Vec3::ZERO),
             weather: Weather::default(),

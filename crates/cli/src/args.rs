@@ -38,7 +38,7 @@ use std::path::PathBuf;
 
 pub(crate) use air::AirArgs;
 pub(crate) use anchors::AnchorsArgs;
-pub(crate) use bake::{BakeFieldArgs, BakeLessArgs, BakeResponsesArgs, BakeSource, LevelsArg, NodesArg, SideArg};
+pub(crate) use bake::{BakeFieldArgs, BakeLessArgs, BakeResponsesArgs, BakeSource, LevelsArg, SideArg};
 pub(crate) use capture::{
     CaptureCommand, CheckArgs, ClipArgs, EmitterArgs, FromResponsesArgs, HoldOutArgs, ImportCaptureArgs, LayoutArg, MixArgs,
 };

@@ -1,10 +1,11 @@
 //! `promenade bake`: measured responses become a scene, a scene's anchor cloud a table, and a scene one that holds less.
 
-use crate::args::{BakeFieldArgs, BakeLessArgs, BakeResponsesArgs, BakeSource, LevelsArg, NodesArg, SideArg};
+use crate::args::{BakeFieldArgs, BakeLessArgs, BakeResponsesArgs, BakeSource, LevelsArg, SideArg};
+use crate::measure::words;
 use crate::{report, scene};
 use anyhow::{Context, Result};
 use promenade_baker::field::{FieldOptions, bake_cloud};
-use promenade_baker::trade::{Less, Nodes, reduced};
+use promenade_baker::trade::{STANDARD_JNDS, front, within};
 use promenade_baker::{BakeOptions, HoldOut, Levels, Side, bake_responses, read_head};
 use promenade_core::{Provenance, Scene};
 
@@ -82,42 +83,34 @@ fn field(args: &BakeFieldArgs) -> Result<()> {
 fn less(args: &BakeLessArgs) -> Result<()> {
     let name = args.scene.display();
     let scene = scene::read(&args.scene)?;
-    let kept = match (args.taps, args.images, args.half) {
-        (Some(taps), ..) => Less::Taps(taps),
-        (_, Some(images), _) => Less::Images(images),
-        (.., half) => Less::Half(match half.context("expected --taps, --images or --half, found none")? {
-            NodesArg::Directions => Nodes::Directions,
-            NodesArg::Elevations => Nodes::Elevations,
-            NodesArg::Places => Nodes::Places,
-        }),
-    };
-    let holds = || {
-        let images = scene.images().map_or(0, |all| all.images.len());
-        let nodes = scene.field().map_or(0, |field| field.grid().nodes());
-        format!("{} taps, {images} images, {nodes} nodes", scene.parts().taps)
-    };
-    let wanted = option(kept);
-    let reduced = reduced(&scene, kept)
-        .with_context(|| format!("{name}: expected a scene of which {wanted} leaves out a part, found {}", holds()))?;
-    let mut parts = reduced.parts().clone();
-    let Provenance { recipe, notes, .. } = &mut parts.provenance;
-    if !recipe.is_empty() {
-        notes.push(format!("reduced from a scene made by: {recipe}"));
+    let limits = args.within.as_ref().map_or(&STANDARD_JNDS[..], std::slice::from_ref);
+    let points = front(&scene, limits, &|| true).with_context(|| format!("{name}: settings of it cannot be compared"))?;
+    let limit = args.within.unwrap_or(0.0);
+    let found = || format!("none within {limit} JND");
+    let point =
+        within(&points, limit).with_context(|| format!("{name}: expected settings to choose from, found {}", found()))?;
+    let kept = scene.with_setting(point.setting).with_context(|| format!("{name}: cannot be reduced"))?;
+    let mut parts = kept.parts().clone();
+    if args.within.is_some() {
+        let Provenance { recipe, notes, .. } = &mut parts.provenance;
+        if !recipe.is_empty() {
+            notes.push(format!("reduced from a scene made by: {recipe}"));
+        }
+        *recipe = format!("promenade bake less {} --within {limit}", report::file_name(&args.scene));
+    } else {
+        parts.front = points.clone();
     }
-    *recipe = format!("promenade bake less {} {wanted}", report::file_name(&args.scene));
-    let reduced = Scene::new(parts).with_context(|| format!("{name}: cannot be reduced"))?;
-    let bytes = scene::write(&args.output, &reduced)?;
-    report::line(format_args!("{}: {} kB", args.output.display(), bytes.div_ceil(1000)));
+    let bytes = scene::write(&args.output, &Scene::new(parts).with_context(|| format!("{name}: cannot be reduced"))?)?;
+    report::line(format_args!(
+        "{}: {} kB, {}, {:.0} % of the operations, {:.2} JND by {}",
+        args.output.display(),
+        bytes.div_ceil(1000),
+        words(point.setting, &scene),
+        100.0 * point.cost,
+        point.error.jnds,
+        point.error.measure.name()
+    ));
     Ok(())
-}
-
-/// The option of `bake less` that keeps this.
-pub(crate) fn option(kept: Less) -> String {
-    match kept {
-        Less::Taps(count) => format!("--taps {count}"),
-        Less::Images(count) => format!("--images {count}"),
-        Less::Half(nodes) => format!("--half {}", nodes.name()),
-    }
 }
 
 /// The command for the scene's provenance: what was chosen, without the places of files on this machine.

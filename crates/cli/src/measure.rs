@@ -7,6 +7,8 @@ mod response;
 mod streams;
 mod trade;
 
+pub(crate) use trade::words;
+
 use crate::args::MeasureArgs;
 use crate::{report, scene};
 use anyhow::{Result, bail};

@@ -3,7 +3,6 @@
 use crate::measures::Unmeasurable;
 use promenade_core::RenderError;
 use promenade_fault::Fault;
-use promenade_metrics::MetricError;
 use thiserror::Error;
 
 /// Why a setting has no figures.
@@ -13,16 +12,8 @@ pub enum JudgeError {
     #[error(transparent)]
     Render(#[from] RenderError),
     /// A response of it has no measures.
-    #[error("'{what}' cannot be measured")]
-    Unmeasurable {
-        /// Which response.
-        what: String,
-        /// Why.
-        source: Unmeasurable,
-    },
-    /// What is heard while walking cannot be compared.
-    #[error("noise that is heard while walking cannot be compared")]
-    Walk(#[source] MetricError),
+    #[error("a response cannot be measured")]
+    Unmeasurable(#[from] Unmeasurable),
     /// The figures are no longer asked for.
     #[error("given up")]
     Unwanted,

@@ -27,14 +27,16 @@
 
 #![forbid(unsafe_code)]
 
+mod audible;
 pub mod cost;
 mod error;
 mod measures;
 mod poses;
 pub mod trade;
 
+pub use audible::Heard;
 pub use error::JudgeError;
 pub use measures::{
     Comparison, MeanErrors, RESPONSE_S, Unmeasurable, mean_level_errors_db, response_levels_db, response_measures, response_s,
 };
-pub use poses::{noise, poses_within, walk};
+pub use poses::{Course, Way, noise, poses_within, walk};

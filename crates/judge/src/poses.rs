@@ -1,8 +1,8 @@
 //! Poses, a walk and a sound that are the same on every machine.
 
-use promenade_core::Pose;
 use promenade_core::glam::Vec3;
 use promenade_core::random::Random;
+use promenade_core::{Pose, Scene};
 use std::f32::consts::{FRAC_PI_2, PI};
 
 /// Highest pitch of a random pose up and down, radians.
@@ -21,12 +21,72 @@ pub fn poses_within(bounds: (Vec3, Vec3), first: Pose, count: usize, seed: u64) 
     (0..count).map(|i| if i == 0 { first } else { other() }).collect()
 }
 
+/// Poses at which a listener stands, and ways that he takes, the same on every machine.
+#[derive(Clone, Debug)]
+pub struct Course {
+    /// Where he stands.
+    pub poses: Vec<Pose>,
+    /// Where he walks and turns.
+    pub ways: Vec<Way>,
+}
+
+/// A way of a listener: two metres there and back at 1 m/s while the head turns.
+#[derive(Clone, Debug)]
+pub struct Way {
+    middle: Pose,
+    along: Vec3,
+    /// Radians a second.
+    turn: f32,
+}
+
+/// Turn of the head while tones are held, radians a second.
+const SLOW_TURN: f32 = PI / 6.0;
+
+impl Course {
+    /// Some poses within a scene's bounds, its start pose the first, and some ways: one about the start pose, or with a seed
+    /// above 1 all about others and in other directions.
+    #[must_use]
+    pub fn new(scene: &Scene, poses: usize, ways: usize, seed: u64) -> Self {
+        let poses = poses_within(scene.bounds(), scene.start_pose(), poses, seed);
+        let mut random = Random::new(seed.wrapping_add(1));
+        let mut way = |(n, middle): (usize, &Pose)| {
+            let (angle, turn) = (2.0 * PI * random.uniform(), (0.5 + 1.5 * random.uniform()) * FRAC_PI_2);
+            let middle = Pose::from_ypr(middle.position, middle.ypr().0, 0.0, 0.0);
+            match (n, seed) {
+                (0, 1) => Way { middle, along: Vec3::X, turn: FRAC_PI_2 },
+                _ => Way { middle, along: Vec3::new(angle.cos(), angle.sin(), 0.0), turn },
+            }
+        };
+        let ways = poses.iter().skip(usize::from(seed > 1)).take(ways).enumerate().map(&mut way).collect();
+        Self { poses, ways }
+    }
+}
+
+impl Way {
+    /// The pose some seconds after its beginning.
+    #[must_use]
+    pub fn walked(&self, seconds: f64) -> Pose {
+        let (yaw, ..) = self.middle.ypr();
+        let position = self.middle.position + there_and_back(seconds) * self.along;
+        Pose::from_ypr(position, yaw + seconds as f32 * self.turn, 0.0, 0.0)
+    }
+
+    /// The pose of a head that turns slowly at its middle.
+    #[must_use]
+    pub fn turned(&self, seconds: f64) -> Pose {
+        let (yaw, ..) = self.middle.ypr();
+        Pose::from_ypr(self.middle.position, yaw + seconds as f32 * SLOW_TURN, 0.0, 0.0)
+    }
+}
+
+fn there_and_back(seconds: f64) -> f32 {
+    1.0 - ((seconds as f32).rem_euclid(4.0) - 2.0).abs()
+}
+
 /// Two metres there and back at 1 m/s, so that a long walk stays near the measured poses, while turning by 90 degrees a second.
 #[must_use]
 pub fn walk(start: &Pose, seconds: f64) -> Pose {
-    let t = seconds as f32;
-    let there = 1.0 - (t.rem_euclid(4.0) - 2.0).abs();
-    Pose::from_ypr(start.position + Vec3::X * there, t * FRAC_PI_2, 0.0, 0.0)
+    Pose::from_ypr(start.position + Vec3::X * there_and_back(seconds), seconds as f32 * FRAC_PI_2, 0.0, 0.0)
 }
 
 /// Uniform noise in [-0.5, 0.5), the same on every machine.

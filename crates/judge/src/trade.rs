@@ -1,187 +1,47 @@
-//! Speed against accuracy: each setting of a scene, its cost beside its error.
+//! Accuracy against processor time: what less of a scene costs, and how far it is off.
 
-#[cfg(feature = "rayon")]
-mod all;
-#[cfg(feature = "rayon")]
-mod heard;
-#[cfg(feature = "rayon")]
-mod reduce;
-
-#[cfg(feature = "rayon")]
-pub use all::{trade, trade_beside};
-#[cfg(feature = "rayon")]
-pub use reduce::reduced;
-
-use crate::cost::{Setting, TierCost, setting_costs};
+use crate::audible::Heard;
+use crate::cost::real_times;
 use crate::error::JudgeError;
-use crate::measures::{Comparison, MeanErrors, Unmeasurable, response_measures, response_s};
-use crate::poses::{noise, poses_within, walk};
-use promenade_core::{BlockParams, LiveParams, OCTAVES_HZ, Pose, Quality, ResponseMeasures, Scene, Tier};
-use promenade_fourier::spectrum;
-use promenade_metrics::{MetricError, lsd_db, rwavs};
-use promenade_player::{Ears, Stream};
+use crate::poses::Course;
+use promenade_core::{Audible, FrontPoint, LiveParams, Measure, Quality, Scene, Setting, Tier};
+use std::collections::HashMap;
 use std::sync::Arc;
 
-/// Differences that are just noticed, of decay times as a share: these, C50 and levels (strength) after ISO 3382-1:2009,
-/// annex A; ITD after Klumpp and Eady (1956), ILD after Mills (1960).
-pub const JND_DECAY: f64 = 0.05;
-/// Of levels between the ears or of a third-octave (Lindau 2008), and of clarity, dB.
-pub const JND_DB: f64 = 1.0;
-/// Of a delay between the ears, seconds.
-pub const JND_ITD_S: f64 = 20e-6;
-/// Clarity of a response that has nothing after 50 ms, and of all that are clearer, dB.
-const CLEAREST_DB: f64 = 20.0;
-/// Silence is so much below what is heard, dB.
-const SILENT_DB: f64 = 60.0;
-/// Poses at which responses are compared, and their seed.
-const POSES: usize = 6;
+pub use crate::audible::{JND_DB, JND_DECAY, JND_ITD_S, errors_to_measurements, largest};
+
+/// Differences in just noticed ones that fronts are made for.
+pub const STANDARD_JNDS: [f32; 4] = [0.25, 0.5, 1.0, 2.0];
+/// Poses at which settings are compared, and the course's seed.
+const POSES: usize = 12;
 const SEED: u64 = 1;
-/// Seconds of noise that are heard while walking, and that costs are measured on.
-const WALK_S: f64 = 4.0;
-const COST_S: f64 = 1.0;
+const OTHER_WAYS: usize = 3;
+/// Rate at which operations are counted, Hz.
+const RATE_HZ: f64 = 48_000.0;
+/// Shares of the taps and of the images that are tried.
+const SHARES: [f64; 8] = [0.85, 0.7, 0.55, 0.45, 0.35, 0.25, 0.15, 0.08];
+/// Decodes a second that are tried.
+const DECODES: [usize; 4] = [30, 20, 10, 5];
+/// What a step adds to the error at least, so that free ones are compared by what they save.
+const LEAST_JNDS: f32 = 0.01;
 
-/// Errors of one setting, means over poses and ears of absolute differences.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct TradeErrors {
-    /// Interaural time difference, seconds.
-    pub itd_s: f64,
-    /// Interaural level difference, dB.
-    pub ild_db: f64,
-    /// Reverberation time T20, as a share; `None` where no pose has one. A decay that is missing counts as one of no time.
-    pub t20: Option<f64>,
-    /// Clarity C50, dB, of values up to 20 dB.
-    pub c50_db: f64,
-    /// Levels of the octaves from 125 Hz on, dB.
-    pub octaves_db: f64,
-}
-
-impl TradeErrors {
-    /// Root mean square of the errors, each over the difference that is just noticed: 20 us, 1 dB, 5 % (ISO 3382-1:2009, annex
-    /// A; Klumpp and Eady 1956; Mills 1960).
-    #[must_use]
-    pub fn jnds(&self) -> f64 {
-        let dbs = [self.ild_db, self.c50_db, self.octaves_db].map(|db| db / JND_DB);
-        root_mean_square(dbs.into_iter().chain([self.itd_s / JND_ITD_S]).chain(self.t20.map(|t| t / JND_DECAY)))
-    }
-}
-
-/// The nodes of a scene's tables that are thinned together.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Nodes {
-    /// Azimuths or yaws.
-    Directions,
-    /// Elevations, or pitches and rolls.
-    Elevations,
-    /// Places along x, y and z.
-    Places,
-}
-
-impl Nodes {
-    /// All of them.
-    pub const ALL: [Self; 3] = [Self::Directions, Self::Elevations, Self::Places];
-
-    /// What they are called.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Directions => "directions",
-            Self::Elevations => "elevations",
-            Self::Places => "places",
-        }
-    }
-}
-
-/// What of a scene is kept.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Less {
-    /// The first taps; the late part begins where they end, as much louder as it has decayed until its old beginning.
-    Taps(usize),
-    /// The first images, which are the strongest.
-    Images(usize),
-    /// Every second of these nodes.
-    Half(Nodes),
-}
-
-/// How a setting is had.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Way {
-    /// The scene plays it as it is, in its tier.
-    Tier,
-    /// By so many decodes a second.
-    Decodes(f32),
-    /// By a scene that holds less.
-    Less(Less),
-}
-
-/// One setting of a scene.
+/// One tier of a scene.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TradePoint {
-    /// What is played, such as "standard" or "standard, 12 of 24 taps".
-    pub name: String,
     /// The tier.
     pub tier: Tier,
-    /// How it is had.
-    pub way: Way,
     /// Processor seconds per second of audio of one core, walking and turning.
     pub real_time: f64,
-    /// Processor time over that of a bare short-time transform.
-    pub times_stft: f64,
-    /// Bytes of the scene in memory.
-    pub memory_bytes: usize,
-    /// Against the scene's best tier with all that it holds.
-    pub to_best: TradeErrors,
-    /// Log-spectral distance to it of noise heard while walking, dB.
-    pub walking_db: f64,
-    /// Against the measurements that the scene was not baked from, where it has any.
-    pub to_truth: Option<MeanErrors>,
-    /// How far beside the best someone points who knows it, lateral angle, degrees, mean over turns of the head; `None` where
-    /// it was not asked for, or nobody knows where the emitter is.
-    pub heard_off_deg: Option<f64>,
-    /// Whether another setting costs no more and errs no more, standing and walking.
-    pub dominated: bool,
+    /// Against the measurements that the scene was not baked from, where it has any, else against the scene's best tier.
+    pub error: Audible,
 }
 
 impl TradePoint {
-    /// The error that settings are compared by, in differences that are just noticed: to the measurements where there are any,
-    /// else to the scene's best.
+    /// The error in differences that are just noticed.
     #[must_use]
     pub fn error_jnds(&self) -> f64 {
-        self.to_truth.as_ref().map_or_else(|| self.to_best.jnds(), truth_jnds)
+        self.error.jnds.into()
     }
-}
-
-/// [`TradeErrors::jnds`] of errors to measurements.
-#[must_use]
-pub fn truth_jnds(errors: &MeanErrors) -> f64 {
-    let dbs = [Some(errors.ild_db), errors.c50_db].into_iter().flatten().map(|db| db / JND_DB);
-    root_mean_square(dbs.chain([errors.itd_s / JND_ITD_S]).chain(errors.t20.map(|t| t / JND_DECAY)))
-}
-
-fn root_mean_square(values: impl Iterator<Item = f64>) -> f64 {
-    let (sum, count) = values.fold((0.0, 0.0), |(sum, count), v| (sum + v * v, count + 1.0));
-    (sum / f64::max(count, 1.0)).sqrt()
-}
-
-/// The scene itself in each tier that it has, cheapest first.
-#[must_use]
-pub fn tiers(scene: &Arc<Scene>) -> Vec<Setting> {
-    let setting = |tier: Tier| Setting { name: tier.name().to_owned(), scene: Arc::clone(scene), quality: tier.into() };
-    scene.tiers().map(setting).collect()
-}
-
-/// What settings of a scene are held against: the best of its tiers, with a decode at every hop.
-#[must_use]
-pub fn best(scene: &Arc<Scene>) -> Setting {
-    let live = LiveParams { rate_hz: (1.0 / scene.grid().hop_s()) as f32, ..LiveParams::default() };
-    let tier = scene.tiers().max().unwrap_or_default();
-    Setting { name: format!("{}, the best", tier.name()), scene: Arc::clone(scene), quality: Quality { tier, live } }
-}
-
-/// Processor time of settings for a host's rate and block, on a second of noise; `None` for a tier that only the scene's own
-/// rate has.
-#[must_use]
-pub fn costs(settings: &[&Setting], sample_rate_hz: f64, block: usize) -> Vec<Option<TierCost>> {
-    setting_costs(settings, sample_rate_hz, block, COST_S)
 }
 
 /// Each tier of a scene, cheapest first: what it costs at a host's rate and block, and how far it is off. A tier that only the
@@ -195,136 +55,279 @@ pub fn tier_points(
     block: usize,
     wanted: &dyn Fn() -> bool,
 ) -> Result<Vec<TradePoint>, JudgeError> {
-    let best = Rendering::of(&best(scene), wanted)?;
+    let course = Course::new(scene, POSES, 1, SEED);
+    let live = LiveParams { rate_hz: (1.0 / scene.grid().hop_s()) as f32, ..LiveParams::default() };
+    let tier = scene.tiers().max().unwrap_or_default();
+    let best = Heard::of(scene, Quality { tier, live }, &course, wanted)?;
     let mut points = Vec::new();
-    for setting in tiers(scene) {
-        let heard = Rendering::of(&setting, wanted)?;
-        if let Some(cost) = costs(&[&setting], sample_rate_hz, block).into_iter().flatten().next() {
-            points.push(TradePoint::new(&setting, Way::Tier, &cost, &heard, &best)?);
+    for tier in scene.tiers() {
+        let quality = Quality::from(tier);
+        let mut errors = errors_to_measurements(scene, quality)?;
+        if errors.is_empty() {
+            errors = Heard::of(scene, quality, &course, wanted)?.errors(&best);
         }
+        let cost = real_times(&[(Arc::clone(scene), quality)], sample_rate_hz, block);
+        points.extend(cost[0].map(|real_time| TradePoint { tier, real_time, error: largest(&errors) }));
     }
     Ok(points)
 }
 
-impl TradePoint {
-    /// A setting, what it costs and how it is heard beside the best; not dominated by any other yet.
-    ///
-    /// # Errors
-    /// What is heard while walking cannot be compared.
-    pub fn new(setting: &Setting, way: Way, cost: &TierCost, heard: &Rendering, best: &Rendering) -> Result<Self, JudgeError> {
-        Ok(Self {
-            name: setting.name.clone(),
-            tier: setting.quality.tier,
-            way,
-            real_time: cost.real_time,
-            times_stft: cost.times_stft,
-            memory_bytes: setting.scene.memory_bytes(),
-            to_best: heard.errors(best),
-            walking_db: heard.walking_db(best)?,
-            to_truth: heard.to_truth,
-            heard_off_deg: None,
-            dominated: false,
-        })
+/// How a scene is played where nothing else is asked for: its table, or else its cloud.
+#[must_use]
+pub fn usual(scene: &Scene) -> Quality {
+    scene.played_tier(Tier::Standard).into()
+}
+
+/// The front of a scene: settings of which none costs no more than another and errs no more, all of the scene first. For each
+/// of some errors there is one that stays within it, if any does. Costs are counts of operations, so that a scene has one front
+/// on all machines.
+///
+/// From all of the scene on, each step is the one that saves most for the error that it adds, by what each step does alone; how
+/// far one may go is measured with all steps together.
+///
+/// # Errors
+/// The result is no longer wanted, or what is heard cannot be compared.
+pub fn front(scene: &Arc<Scene>, within: &[f32], wanted: &(dyn Fn() -> bool + Sync)) -> Result<Vec<FrontPoint>, JudgeError> {
+    let mut search = Search::new(scene, wanted)?;
+    let path = search.path()?;
+    for limit in within {
+        search.along(&path, *limit)?;
     }
+    Ok(search.points())
 }
 
-/// What one setting sounds like.
-pub struct Rendering {
-    /// Measures and levels by ear and octave, dB, at each pose; a tier that plays the direct sound alone has no measures where
-    /// that is hidden.
-    poses: Vec<(Option<ResponseMeasures>, Vec<f64>)>,
-    walk: Ears,
-    to_truth: Option<MeanErrors>,
+/// How far settings are off at so many other poses and on three other ways than a front is made for.
+///
+/// # Errors
+/// What is heard cannot be compared.
+pub fn elsewhere(scene: &Arc<Scene>, settings: &[Setting], poses: usize) -> Result<Vec<Vec<Audible>>, JudgeError> {
+    let course = Course::new(scene, poses, OTHER_WAYS, SEED + 1);
+    let full = Heard::of(scene, usual(scene), &course, &|| true)?;
+    let one = |setting: &Setting| {
+        let Some(scene) = scene.with_setting(*setting).map(Arc::new) else { return Ok(Vec::new()) };
+        Ok(Heard::of(&scene, usual(&scene), &course, &|| true)?.errors(&full))
+    };
+    each(settings, one).into_iter().collect()
 }
 
-impl Rendering {
-    /// Plays a setting at the scene's own rate, as long as that is `wanted`.
-    ///
-    /// # Errors
-    /// It cannot be rendered, its responses cannot be measured, or they are no longer asked for.
-    pub fn of(setting: &Setting, wanted: &dyn Fn() -> bool) -> Result<Self, JudgeError> {
-        let scene = &setting.scene;
-        let rate = scene.grid().sample_rate_hz;
-        let Quality { tier, live } = setting.quality;
-        let mut stream = Stream::new(scene, rate, &BlockParams { tier, live, ..BlockParams::default() })?;
-        let seconds = response_s(scene);
-        let mut respond = |pose: Pose, name: &str| {
-            let ears = stream.respond(pose, seconds, wanted).ok_or(JudgeError::Unwanted)?;
-            let [left, right] = &ears;
-            let what = || format!("{} {name}", setting.name);
-            let measures = match response_measures(left, right, rate) {
-                Ok(measures) => Some(measures),
-                Err(Unmeasurable { source: MetricError::Silent, .. }) => None,
-                Err(source) => return Err(JudgeError::Unmeasurable { what: what(), source }),
-            };
-            Ok((measures, ears))
+/// What a closure makes of each of some settings, on all processors where that is built.
+fn each<T: Send>(settings: &[Setting], one: impl Fn(&Setting) -> T + Sync + Send) -> Vec<T> {
+    #[cfg(feature = "rayon")]
+    return rayon::prelude::ParallelIterator::collect(rayon::prelude::ParallelIterator::map(
+        rayon::prelude::IntoParallelRefIterator::par_iter(settings),
+        one,
+    ));
+    #[cfg(not(feature = "rayon"))]
+    return settings.iter().map(one).collect();
+}
+
+/// The cheapest point of a front within an error.
+#[must_use]
+pub fn within(front: &[FrontPoint], jnds: f32) -> Option<&FrontPoint> {
+    front.iter().filter(|point| point.error.jnds <= jnds).min_by(|a, b| a.cost.total_cmp(&b.cost))
+}
+
+/// The cheapest scene within an error of all of one, by the front that it carries or else by [`front`].
+///
+/// # Errors
+/// The result is no longer wanted, or what is heard cannot be compared.
+pub fn scene_within(
+    scene: &Arc<Scene>,
+    jnds: f32,
+    wanted: &(dyn Fn() -> bool + Sync),
+) -> Result<(Arc<Scene>, FrontPoint), JudgeError> {
+    let own = &scene.parts().front;
+    let found = if own.is_empty() { front(scene, &[jnds], wanted)? } else { own.clone() };
+    let all = FrontPoint { setting: Setting::ALL.of(scene), error: largest(&[]), cost: 1.0 };
+    let point = *within(&found, jnds).unwrap_or(&all);
+    let kept = scene.with_setting(point.setting).map_or_else(|| Arc::clone(scene), Arc::new);
+    Ok((kept, point))
+}
+
+/// What has been measured of a scene.
+struct Search<'a> {
+    /// The scene with its image sources in each order.
+    orders: Vec<Arc<Scene>>,
+    full: Heard,
+    course: Course,
+    /// Values of each lever, all of it first.
+    levers: Vec<Vec<Setting>>,
+    measured: HashMap<Setting, (f64, Vec<Audible>)>,
+    wanted: &'a (dyn Fn() -> bool + Sync),
+}
+
+/// By lever how far it is pulled.
+type Steps = Vec<usize>;
+
+impl<'a> Search<'a> {
+    fn new(scene: &Arc<Scene>, wanted: &'a (dyn Fn() -> bool + Sync)) -> Result<Self, JudgeError> {
+        let course = Course::new(scene, POSES, 1, SEED);
+        let full = Heard::of(scene, usual(scene), &course, wanted)?;
+        let all = Setting::ALL.of(scene);
+        let orders = (0..=all.order).filter_map(|order| scene.with_setting(Setting { order, ..all }).map(Arc::new)).collect();
+        let shares = |count: usize| SHARES.map(|share| ((share * count as f64).round() as usize).max(1));
+        let taps = shares(all.taps).map(|taps| Setting { taps, ..all });
+        let images = shares(all.images).map(|images| Setting { images, ..all });
+        let slower = (all.refresh + 1..=Setting::SLOWEST).map(|refresh| Setting { refresh, ..all });
+        let decodes = DECODES.map(|decodes| Setting { decodes, ..all });
+        let live = usual(scene).tier >= Tier::High;
+        let lever = |settings: Vec<Setting>| -> Vec<Setting> {
+            let mut lever = vec![all];
+            lever.extend(settings);
+            lever.dedup();
+            lever
         };
-        let mut poses = Vec::new();
-        for pose in poses_within(scene.bounds(), scene.start_pose(), POSES, SEED) {
-            let (measures, ears) = respond(pose, "at a pose")?;
-            poses.push((measures, octaves_db(&ears, rate, scene.top_hz())));
-        }
-        let mut comparisons = Vec::new();
-        for held in scene.held_out() {
-            let (rendered, _) = respond(held.pose, &held.name)?;
-            comparisons.extend(rendered.map(|rendered| Comparison {
-                name: held.name.clone(),
-                measured: held.measured,
-                rendered,
-                levels_db: Default::default(),
-            }));
-        }
-        let start = scene.start_pose();
-        let walk = stream.render(&noise((WALK_S * rate) as usize), |seconds| walk(&start, seconds), wanted);
-        Ok(Self { poses, walk: walk.ok_or(JudgeError::Unwanted)?, to_truth: MeanErrors::of(&comparisons) })
+        let levers = vec![
+            lever(taps.to_vec()),
+            lever(if all.images > 1 { images.to_vec() } else { vec![] }),
+            lever((0..all.order).rev().map(|order| Setting { order, ..all }).collect()),
+            lever(if live { vec![] } else { slower.collect() }),
+            lever(if all.waves { vec![Setting { waves: false, ..all }] } else { vec![] }),
+            lever(if live { decodes.to_vec() } else { vec![] }),
+        ];
+        Ok(Self { orders, full, course, levers, measured: HashMap::new(), wanted })
     }
 
-    fn errors(&self, best: &Self) -> TradeErrors {
-        let pairs = || self.poses.iter().zip(&best.poses);
-        let mean = |values: Vec<f64>| values.iter().sum::<f64>() / values.len().max(1) as f64;
-        let sounding = || pairs().filter_map(|((a, _), (b, _))| Some((a.as_ref()?, b.as_ref()?)));
-        let t20 = |m: &Option<ResponseMeasures>| m.and_then(|m| m.t20_s);
-        let clarity = |m: &Option<ResponseMeasures>| m.and_then(|m| m.c50_db).unwrap_or(CLEAREST_DB).min(CLEAREST_DB);
-        let t20: Vec<f64> =
-            pairs().filter_map(|((a, _), (b, _))| t20(b).map(|t| (t20(a).unwrap_or(0.0) / t - 1.0).abs())).collect();
-        TradeErrors {
-            itd_s: mean(sounding().map(|(a, b)| (a.itd_s - b.itd_s).abs()).collect()),
-            ild_db: mean(sounding().map(|(a, b)| (a.ild_db - b.ild_db).abs()).collect()),
-            t20: (!t20.is_empty()).then(|| mean(t20)),
-            c50_db: mean(pairs().map(|((a, _), (b, _))| (clarity(a) - clarity(b)).abs()).collect()),
-            octaves_db: mean(
-                pairs()
-                    .flat_map(|((_, a), (_, b))| {
-                        a.iter().zip(b).map(|(a, b)| (a - b).abs().min(SILENT_DB)).collect::<Vec<f64>>()
-                    })
-                    .collect(),
-            ),
+    fn all(&self) -> Setting {
+        self.levers[0][0]
+    }
+
+    fn setting(&self, steps: &Steps) -> Setting {
+        let at = |lever: usize| self.levers[lever][steps[lever]];
+        Setting {
+            taps: at(0).taps,
+            images: at(1).images,
+            order: at(2).order,
+            refresh: at(3).refresh,
+            waves: at(4).waves,
+            decodes: at(5).decodes,
         }
     }
 
-    fn walking_db(&self, best: &Self) -> Result<f64, JudgeError> {
-        let ear = |ear: usize| lsd_db(&self.walk[ear], &best.walk[ear], rwavs::SPECTROGRAM);
-        let both = ear(0).and_then(|left| Ok(0.5 * (left + ear(1)?)));
-        both.map_err(JudgeError::Walk)
+    /// Measures some settings that have not been measured yet.
+    fn measure(&mut self, settings: &[Setting]) -> Result<(), JudgeError> {
+        let new: Vec<Setting> = settings.iter().copied().filter(|setting| !self.measured.contains_key(setting)).collect();
+        let one = |setting: &Setting| -> Result<_, JudgeError> {
+            let Some(scene) = self.orders[setting.order.min(self.orders.len() - 1)].with_setting(*setting).map(Arc::new) else {
+                // What does not fit together is no setting.
+                return Ok((f64::INFINITY, vec![Audible { jnds: f32::INFINITY, measure: Measure::Levels }]));
+            };
+            let heard = Heard::of(&scene, usual(&scene), &self.course, self.wanted)?;
+            Ok((scene.operations(RATE_HZ), heard.errors(&self.full)))
+        };
+        let found: Result<Vec<_>, JudgeError> = each(&new, one).into_iter().collect();
+        self.measured.extend(new.into_iter().zip(found?));
+        Ok(())
     }
-}
 
-/// Level of each octave below `top_hz` at both ears, dB.
-fn octaves_db(ears: &Ears, sample_rate_hz: f64, top_hz: f32) -> Vec<f64> {
-    let length = ears[0].len().next_multiple_of(2);
-    let hz = |k: usize| k as f64 * sample_rate_hz / length as f64;
-    let mut out = Vec::new();
-    for ear in ears {
-        let bins = spectrum(ear.iter().map(|x| f64::from(*x)), length);
-        for centre in
-            OCTAVES_HZ.map(f64::from).into_iter().filter(|centre| centre * std::f64::consts::SQRT_2 <= f64::from(top_hz))
-        {
-            let inside = |k: &usize| (centre / std::f64::consts::SQRT_2..centre * std::f64::consts::SQRT_2).contains(&hz(*k));
-            let energy: f64 = (0..bins.len()).filter(inside).map(|k| bins[k].norm_sqr()).sum();
-            out.push(10.0 * energy.max(1e-20).log10());
+    /// Cost and error of what was measured.
+    fn found(&self, setting: Setting) -> (f64, Audible) {
+        self.measured.get(&setting).map_or((f64::INFINITY, largest(&[])), |(cost, errors)| (*cost, largest(errors)))
+    }
+
+    /// From all of the scene to the least of it: at each step the one that saves most for what it adds to the error, as the
+    /// levers have it one by one.
+    fn path(&mut self) -> Result<Vec<Steps>, JudgeError> {
+        let alone: Vec<Setting> = self.levers.concat();
+        self.measure(&alone)?;
+        let full_cost = self.found(self.all()).0;
+        let saved = |steps: &Steps| -> f64 {
+            let each = self.levers.iter().zip(steps).map(|(lever, step)| full_cost - self.found(lever[*step]).0);
+            each.sum()
+        };
+        let error = |steps: &Steps| -> f32 {
+            let of = |measure: Measure| -> f32 {
+                let each = self.levers.iter().zip(steps).map(|(lever, step)| &self.measured[&lever[*step]].1);
+                each.flatten().filter(|e| e.measure == measure).map(|e| e.jnds).sum()
+            };
+            Measure::ALL.into_iter().map(of).fold(0.0, f32::max)
+        };
+        let mut path = vec![vec![0; self.levers.len()]];
+        while let Some(here) = path.last().cloned() {
+            let (here_saved, here_error) = (saved(&here), error(&here));
+            let worth = |steps: &Steps| {
+                let gain = saved(steps) - here_saved;
+                gain / f64::from((error(steps) - here_error).max(LEAST_JNDS))
+            };
+            let next = (0..self.levers.len())
+                .flat_map(|lever| (here[lever] + 1..self.levers[lever].len()).map(move |step| (lever, step)))
+                .map(|(lever, step)| {
+                    let mut steps = here.clone();
+                    steps[lever] = step;
+                    steps
+                })
+                .filter(|steps| saved(steps) > here_saved)
+                .max_by(|a, b| worth(a).total_cmp(&worth(b)));
+            match next {
+                Some(next) => path.push(next),
+                None => break,
+            }
+        }
+        Ok(path)
+    }
+
+    /// Goes as far along a path as an error allows, and from there by single steps as far as that is possible.
+    fn along(&mut self, path: &[Steps], limit: f32) -> Result<(), JudgeError> {
+        let (mut low, mut high) = (0, path.len());
+        while high - low > 1 {
+            // Both thirds at once, for two processors.
+            let tried = [low + (high - low).div_ceil(3), low + (2 * (high - low)).div_ceil(3)].map(|at| at.min(high - 1));
+            self.measure(&tried.map(|at| self.setting(&path[at])))?;
+            for at in tried {
+                if self.found(self.setting(&path[at])).1.jnds <= limit {
+                    low = low.max(at);
+                } else {
+                    high = high.min(at.max(low + 1));
+                    break;
+                }
+            }
+        }
+        let mut here = path[low].clone();
+        loop {
+            let next: Vec<Steps> = (0..self.levers.len())
+                .filter(|lever| here[*lever] + 1 < self.levers[*lever].len())
+                .map(|lever| {
+                    let mut steps = here.clone();
+                    steps[lever] += 1;
+                    steps
+                })
+                .collect();
+            let settings: Vec<Setting> = next.iter().map(|steps| self.setting(steps)).collect();
+            self.measure(&settings)?;
+            let cost = self.found(self.setting(&here)).0;
+            let fits = |setting: &Setting| {
+                let (its, error) = self.found(*setting);
+                error.jnds <= limit && its < cost
+            };
+            let best = next.into_iter().zip(settings).filter(|(_, setting)| fits(setting));
+            match best.min_by(|(_, a), (_, b)| self.found(*a).0.total_cmp(&self.found(*b).0)) {
+                Some((steps, _)) => here = steps,
+                None => return Ok(()),
+            }
         }
     }
-    out
+
+    /// What was measured and is neither dearer nor worse than something else, the dearest first.
+    fn points(&self) -> Vec<FrontPoint> {
+        let all = self.found(self.all()).0;
+        let mut points: Vec<FrontPoint> = self
+            .measured
+            .keys()
+            .map(|setting| {
+                let (cost, error) = self.found(*setting);
+                FrontPoint { setting: *setting, error, cost: (cost / all) as f32 }
+            })
+            .collect();
+        points.sort_by(|a, b| b.cost.total_cmp(&a.cost).then(b.error.jnds.total_cmp(&a.error.jnds)));
+        let mut kept: Vec<FrontPoint> = Vec::new();
+        for point in points.into_iter().rev() {
+            if kept.last().is_none_or(|cheaper| point.error.jnds < cheaper.error.jnds) {
+                kept.push(point);
+            }
+        }
+        kept.reverse();
+        kept
+    }
 }
 
 #[cfg(test)]
@@ -335,39 +338,29 @@ mod tests {
     #[test]
     fn a_tier_that_costs_less_errs_more_and_the_best_errs_nothing() {
         let scene = room_with_images(8_000.0, 0.2, 0.05, 4);
-        let best = Rendering::of(&best(&scene), &|| true).unwrap();
-        let tiers = tiers(&scene);
-        let costs = costs(&tiers.iter().collect::<Vec<_>>(), 8_000.0, 256);
-        let point = |n: usize| {
-            let heard = Rendering::of(&tiers[n], &|| true).unwrap();
-            TradePoint::new(&tiers[n], Way::Tier, &costs[n].unwrap(), &heard, &best).unwrap()
-        };
-        let (draft, standard) = (point(0), point(1));
-        assert!(standard.error_jnds() < 1e-6 && standard.walking_db < 1e-6, "{standard:?}");
-        assert!(draft.error_jnds() > 1.0 && draft.walking_db > 1.0, "{draft:?}");
+        let points = tier_points(&scene, 8_000.0, 256, &|| true).unwrap();
+        let [draft, standard] = &points[..] else { panic!("{points:?}") };
+        assert!(standard.error_jnds() < 1e-6 && draft.error_jnds() > 1.0, "{points:?}");
         assert!(draft.real_time > 0.0 && standard.real_time > 0.0);
-        assert_eq!(Rendering::of(&tiers[0], &|| false).err(), Some(JudgeError::Unwanted));
+        assert_eq!(tier_points(&scene, 8_000.0, 256, &|| false), Err(JudgeError::Unwanted));
     }
 
     #[test]
-    fn a_tier_that_is_silent_where_the_source_is_hidden_has_figures() {
-        let room = room_with_images(8_000.0, 0.2, 0.05, 4);
-        let mut parts = room.parts().clone();
-        parts.images.as_mut().unwrap().direct.fill(0.0);
-        let hidden = Arc::new(Scene::new(parts).unwrap());
-        let [draft, best] = [tiers(&hidden).remove(0), best(&hidden)].map(|setting| Rendering::of(&setting, &|| true).unwrap());
-        let errors = draft.errors(&best);
-        assert!(errors.jnds() > 0.1 && errors.octaves_db <= SILENT_DB, "{errors:?}");
-        let silence = Rendering { poses: vec![(None, vec![-200.0; 2]); POSES], ..best };
-        let other = Rendering::of(&tiers(&room).remove(1), &|| true).unwrap();
-        let errors = silence.errors(&other);
-        assert!((errors.octaves_db, errors.itd_s) == (SILENT_DB, 0.0) && errors.jnds().is_finite(), "{errors:?}");
-    }
-
-    #[test]
-    fn errors_are_counted_in_differences_that_are_just_noticed() {
-        let errors = TradeErrors { itd_s: 20e-6, ild_db: 1.0, t20: Some(0.05), c50_db: 1.0, octaves_db: 1.0 };
-        assert!((errors.jnds() - 1.0).abs() < 1e-12);
-        assert!((TradeErrors { t20: None, itd_s: 60e-6, ..errors }.jnds() - 3.0_f64.sqrt()).abs() < 1e-12);
+    fn a_front_falls_and_has_what_is_asked_for_within_its_error() {
+        let scene = room_with_images(8_000.0, 0.2, 0.05, 20);
+        let points = front(&scene, &STANDARD_JNDS, &|| true).unwrap();
+        assert_eq!(points[0].error.jnds, 0.0);
+        assert!(points.windows(2).all(|p| p[0].cost > p[1].cost && p[0].error.jnds < p[1].error.jnds), "{points:?}");
+        assert_eq!(points, front(&scene, &STANDARD_JNDS, &|| true).unwrap(), "another front of the same scene");
+        let costs = STANDARD_JNDS.map(|jnds| within(&points, jnds).unwrap().cost);
+        assert!(costs.windows(2).all(|pair| pair[1] <= pair[0]) && costs[3] < 0.8, "{costs:?}");
+        // What a file carries is taken as it is.
+        let mut parts = scene.parts().clone();
+        parts.front = points.clone();
+        let carrying = Arc::new(Scene::new(parts).unwrap());
+        let (kept, point) = scene_within(&carrying, 1.0, &|| false).unwrap();
+        assert_eq!(Some(&point), within(&points, 1.0));
+        assert_eq!(point.setting, Setting::ALL.of(&kept));
+        assert_eq!(front(&scene, &[1.0], &|| false), Err(JudgeError::Unwanted));
     }
 }

@@ -63,6 +63,18 @@ pub fn running_itd_s<T: Copy + Into<f64>>([left, right]: [&[T]; 2], sample_rate_
     Some((best as f64 + part) / sample_rate_hz)
 }
 
+/// Interaural cross-correlation coefficient, 0 to 1: the maximum within 1 ms of the ears' cross-correlation over the root of the
+/// product of their energies (ISO 3382-1:2009, annex B). `None` where an ear is silent.
+#[must_use]
+pub fn interaural_coherence([left, right]: [&[f32]; 2], sample_rate_hz: f64) -> Option<f64> {
+    let energies = energy(left) * energy(right);
+    if energies.is_nan() || energies <= 0.0 || sample_rate_hz <= 0.0 {
+        return None;
+    }
+    let lags = Lags::new(left, right, 2 * left.len().max(right.len()), |_| true);
+    Some(lags.at(lags.strongest(samples_in(LARGEST_LAG_S, sample_rate_hz))) / energies.sqrt())
+}
+
 /// The cross-correlation of two ears by lag; positive when the left ear is later.
 struct Lags(Vec<f64>);
 
@@ -158,6 +170,19 @@ fn bessel_i0(x: f64) -> f64 {
 mod tests {
     use super::*;
     use crate::test_signals::{noise, pulse};
+
+    #[test]
+    fn coherence_is_what_two_ears_have_in_common_at_some_lag() {
+        let [common, own] = [1, 2].map(|seed| noise(seed, 48_000).iter().map(|v| *v as f32).collect::<Vec<f32>>());
+        let (rate, later) = (48_000.0, |samples: usize| [&vec![0.0; samples], &common[..]].concat());
+        let near = |a: Option<f64>, b: f64| assert!((a.unwrap() - b).abs() < 0.02, "{a:?}, not {b}");
+        near(interaural_coherence([&common, &common], rate), 1.0);
+        near(interaural_coherence([&common, &later(20)], rate), 1.0);
+        near(interaural_coherence([&common, &own], rate), 0.0);
+        let mixed: Vec<f32> = common.iter().zip(&own).map(|(a, b)| 0.6 * a + 0.8 * b).collect();
+        near(interaural_coherence([&common, &mixed], rate), 0.6);
+        assert_eq!(interaural_coherence([&common, &[0.0; 9]], rate), None);
+    }
 
     #[test]
     fn a_delayed_pair_has_its_delay() {

@@ -46,6 +46,7 @@ The sound
   --wet-solo                the room alone, as on a send
 How it is played
   --tier NAME               draft, standard, high, reference or clip [standard, or what there is]
+  --within JND              the cheapest setting of the scene so near to all of it [all]
   --decode-rate HZ          decodes a second in the tiers high and reference [40]
   --latency NAME            frame, 64 or none: when poses are heard; OUT begins on time [frame]
   --format ambix            Ambisonics, of scenes of image sources [binaural]

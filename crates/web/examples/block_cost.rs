@@ -30,7 +30,7 @@ fn cost(args: &[String]) -> Result<f64, String> {
     let [scene, tier, blocks, rows @ ..] = args else { return Err("expected SCENE TIER BLOCKS [ROWS]".to_owned()) };
     let read = |file: &str| std::fs::read(file).map_err(|e| format!("{file}: {e}"));
     let mut engine = Engine::new(RATE_HZ);
-    engine.load(&read(scene)?, LoadOptions { inline: true, second_emitter: false })?;
+    engine.load(&read(scene)?, LoadOptions { inline: true, ..LoadOptions::default() })?;
     engine.set(0, if tier == "high" { 2.0 } else { 1.0 });
     if let Some(file) = rows.first() {
         let rows: Vec<[f64; 8]> = serde_json::from_slice(&read(file)?).map_err(|e| format!("{file}: {e}"))?;
@@ -47,7 +47,7 @@ fn cost(args: &[String]) -> Result<f64, String> {
     let mut play = |count: usize| {
         for block in input.chunks_exact(BLOCK).cycle().take(count) {
             engine.input(0)[..BLOCK].copy_from_slice(block);
-            engine.process(1, BLOCK);
+            engine.process(1, 0, BLOCK);
         }
     };
     play(BEFORE);

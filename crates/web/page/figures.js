@@ -12,9 +12,9 @@ export class Figures {
     this.levels = [-120, -120];
   }
 
-  /** Takes the peaks of a sound's last thirtieth of a second; sounds add up by their powers. */
-  take(voice, { peaks, poseDelay }) {
-    (this.peaks ??= new Map()).set(voice, peaks);
+  /** Takes the peaks of a room's last thirtieth of a second; rooms add up by their powers. */
+  take(room, { peaks, poseDelay }) {
+    (this.peaks ??= new Map()).set(room, peaks);
     if (poseDelay !== undefined) this.poseDelay = poseDelay;
   }
 
@@ -51,9 +51,9 @@ export class Figures {
     at("figure-underruns").textContent = events === 0 ? "none" : `${events}, ${milliseconds(lost)} in all`;
   }
 
-  /** Forgets a sound. */
-  forget(voice) {
-    this.peaks?.delete(voice);
+  /** Forgets a room. */
+  forget(room) {
+    this.peaks?.delete(room);
   }
 }
 

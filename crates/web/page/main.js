@@ -183,7 +183,6 @@ function listSounds() {
     level: (voice, level) => voices.setLevel(voice, level),
     remove: (voice) => {
       voices.remove(voice);
-      figures.forget(voice);
       listSounds();
     },
   });
@@ -368,9 +367,10 @@ at("headset").addEventListener("click", () =>
 // What is heard, drawn and shown.
 
 voices.addEventListener("report", ({ detail }) => {
-  figures.take(detail.voice, detail);
-  if (detail.voice === voices.voices[0] && detail.heard) walk.heard(detail.heard);
+  figures.take(detail.room, detail);
+  if (detail.room === voices.voices[0].room && detail.heard) walk.heard(detail.heard);
 });
+voices.addEventListener("closed", ({ detail }) => figures.forget(detail.room));
 
 function send(time) {
   if (walk.playing && !walk.ownHead) return;

@@ -6,14 +6,14 @@ const at = (id) => document.getElementById(id);
 
 export class Output {
   constructor(voices) {
-    Object.assign(this, { voices, context: null, started: false, paused: false, volume: 1, scenes: new Map() });
+    Object.assign(this, { voices, context: null, started: false, paused: false, volume: 1 });
     voices.addEventListener("died", ({ detail }) => this.died(detail));
-    voices.addEventListener("entered", ({ detail }) => this.scenes.set(detail.voice, detail.latency));
+    voices.addEventListener("entered", ({ detail }) => (detail.room.latency = detail.latency));
   }
 
-  /** The longest latency of a sound's scene, seconds. */
+  /** The longest latency of a scene, seconds. */
   get latency() {
-    return Math.max(0, ...this.voices.voices.map((v) => this.scenes.get(v) ?? 0));
+    return Math.max(0, ...[...this.voices.rooms].map((room) => room.latency ?? 0));
   }
 
   /** Makes a context, suspended until the listener wants it, and everything that plays in it. */
@@ -86,13 +86,13 @@ export class Output {
     }
   }
 
-  died({ voice, text }) {
+  died({ room, text }) {
     show("died", `The sound engine has stopped: ${text}.`, {
       action: [
         "Start it again",
         async () => {
           try {
-            await voice.engine.revive();
+            await room.engine.revive();
           } catch (error) {
             show("died", `The sound engine does not start: ${error.message}.`, {
               action: ["Load the page anew", () => location.reload()],

@@ -1,6 +1,6 @@
-// Sounds that are heard in the place: each has a dry sound, a level, a scene it is played in, and an engine.
+// Sounds that are heard in places: all that are played in one scene share its engine.
 
-import { Engine } from "./engine/engine.js";
+import { Engine, MOST_SOUNDS } from "./engine/engine.js";
 
 /**
  * One sound. `dry` is { kind: "site" | "file" | "microphone" | "none", name, ... }; `scene` the number of a scene, or
@@ -8,12 +8,33 @@ import { Engine } from "./engine/engine.js";
  */
 export class Voice {
   constructor(dry, scene = null) {
-    // How far it has been put from where its scene has it, metres.
-    Object.assign(this, { dry, scene, level: 0, offset: [0, 0, 0], engine: null, source: null, loaded: null });
+    // How far it has been put from where its scene has it, metres; the room it is heard in, and its number there.
+    Object.assign(this, { dry, scene, level: 0, offset: [0, 0, 0], source: null, gain: null, room: null, input: 0 });
+  }
+
+  /** The scene that it is heard in: its number, and its description and points. */
+  get loaded() {
+    return this.room?.loaded;
   }
 }
 
-const offsets = ({ offset: [offsetX, offsetY, offsetZ] }) => ({ offsetX, offsetY, offsetZ });
+/** An engine, and the sounds in its scene by their numbers. */
+class Room {
+  constructor(scene, engine) {
+    Object.assign(this, { scene, engine, sounds: [], size: 0, read: null, ready: null, loaded: null });
+  }
+
+  /** The least number that no sound has. */
+  get free() {
+    const hole = Array.from(this.sounds).findIndex((voice) => !voice);
+    return hole < 0 ? this.sounds.length : hole;
+  }
+
+  /** Sounds that the scene is made ready for: twice as many when they are too few, so that it is seldom made anew. */
+  get wanted() {
+    return Math.min(2 ** Math.ceil(Math.log2(Math.max(this.sounds.length, 1))), MOST_SOUNDS);
+  }
+}
 
 export class Voices extends EventTarget {
   constructor(site) {
@@ -21,6 +42,9 @@ export class Voices extends EventTarget {
     this.site = site;
     this.context = null;
     this.voices = [];
+    /** Those that play, and all by what sounds in them have as their scene, made or being made. */
+    this.rooms = new Set();
+    this.opened = new Map();
     /** What is loaded beside a scene: head and headphones as bytes, a second emitter. */
     this.beside = {};
     this.values = {};
@@ -31,6 +55,7 @@ export class Voices extends EventTarget {
   /** Uses an audio context from now on, and makes all sounds anew in it. */
   async use(context) {
     for (const voice of this.voices) this.silence(voice);
+    this.opened.clear();
     this.master?.disconnect();
     this.context = context;
     this.master = new GainNode(context);
@@ -39,6 +64,7 @@ export class Voices extends EventTarget {
   }
 
   async add(dry, scene = null) {
+    if (this.voices.length >= MOST_SOUNDS) throw new Error(`a place has at most ${MOST_SOUNDS} sounds`);
     const voice = new Voice(dry, scene);
     this.voices.push(voice);
     if (this.context) await this.begin(voice);
@@ -52,47 +78,92 @@ export class Voices extends EventTarget {
 
   silence(voice) {
     this.unplug(voice);
-    voice.engine?.close();
     voice.gain?.disconnect();
-    voice.engine = null;
+    voice.gain = null;
+    this.leave(voice);
+  }
+
+  /** Takes a sound out of its room, and closes a room without sounds. */
+  leave(voice) {
+    const { room } = voice;
+    if (!room) return;
+    voice.room = null;
+    delete room.sounds[voice.input];
+    if (room.sounds.some(Boolean)) return;
+    this.rooms.delete(room);
+    this.opened.delete(room.scene);
+    room.engine.close();
+    this.dispatchEvent(new CustomEvent("closed", { detail: { room } }));
   }
 
   async begin(voice) {
+    voice.gain = new GainNode(this.context, { gain: 10 ** (voice.level / 20) });
+    await Promise.all([this.load(voice), this.plug(voice)]);
+  }
+
+  /** Opens a room for sounds with some scene; none where there is another context by then. */
+  async open(scene) {
     const { context } = this;
     const engine = await Engine.create(context);
-    if (this.context !== context || voice.engine) return engine.close();
-    voice.engine = engine;
-    voice.gain = new GainNode(context, { gain: 10 ** (voice.level / 20) });
-    engine.output.connect(voice.gain).connect(this.master);
-    engine.set({ ...this.values, ...offsets(voice) });
+    if (this.context !== context) return engine.close();
+    const room = new Room(scene, engine);
+    this.rooms.add(room);
+    engine.output.connect(this.master);
+    engine.set(this.values);
     if (this.rows.length > 0) engine.setPath(this.rows);
     if (this.pose) engine.jump(this.pose.position, this.pose.quaternion);
     for (const kind of ["report", "died", "entered"]) {
       engine.addEventListener(kind, ({ detail }) =>
-        this.dispatchEvent(new CustomEvent(kind, { detail: { ...detail, voice } })),
+        this.dispatchEvent(new CustomEvent(kind, { detail: { ...detail, room } })),
       );
     }
-    await Promise.all([this.load(voice), this.plug(voice)]);
+    return room;
   }
 
-  /** Reads the scene of a sound and plays it. */
+  /** Plays a sound in its scene. */
   async load(voice) {
-    const number = voice.scene ?? this.place;
+    const { scene, gain } = voice;
+    if (!this.opened.has(scene)) this.opened.set(scene, this.open(scene));
+    const room = await this.opened.get(scene);
+    if (!room || voice.gain !== gain || voice.scene !== scene) return;
+    if (voice.room !== room) {
+      gain.disconnect();
+      this.leave(voice);
+      Object.assign(voice, { room, input: room.free });
+      room.sounds[voice.input] = voice;
+      room.engine.put(voice.input, voice.offset);
+      gain.connect(room.engine.inputs[voice.input]);
+    }
+    await this.read(room);
+  }
+
+  /** Reads the scene of a room, if it has another, is for fewer sounds than it has, or is to be made `anew`. */
+  async read(room, anew = false) {
+    const number = room.scene ?? this.place;
+    if (anew || room.read !== number || room.size < room.wanted) {
+      Object.assign(room, { read: number, size: Math.max(room.size, room.wanted) });
+      room.ready = this.prepare(room, number);
+    }
+    await room.ready;
+  }
+
+  async prepare(room, number) {
     const { file, name } = this.site.scenes[number];
     try {
       const bytes = await this.site.bytes(file);
       const { head, headphones, secondEmitter } = this.beside;
-      const place = await voice.engine.load(bytes, { head, headphones, secondEmitter });
-      voice.loaded = { number, place };
-      this.dispatchEvent(new CustomEvent("loaded", { detail: { voice } }));
+      const place = await room.engine.load(bytes, { head, headphones, secondEmitter, further: room.size - 1 });
+      room.loaded = { number, place };
+      this.dispatchEvent(new CustomEvent("loaded", { detail: { room } }));
     } catch (error) {
+      room.read = null;
       throw new Error(`"${name}" cannot be played: ${error.message}`);
     }
   }
 
   /** Reads the scenes of all sounds again, with other heads or headphones or in another place. */
   async reload() {
-    await Promise.all(this.voices.filter((v) => v.engine).map((voice) => this.load(voice)));
+    await Promise.all([...this.rooms].map((room) => this.read(room, true)));
   }
 
   /** Connects the dry sound of a sound. */
@@ -105,12 +176,12 @@ export class Voices extends EventTarget {
       node = new MediaStreamAudioSourceNode(this.context, { mediaStream: dry.stream });
     } else if (dry.kind !== "none") {
       const buffer = await this.decoded(dry);
-      if (voice.plugged !== turn || !voice.engine) return;
+      if (voice.plugged !== turn || !voice.gain) return;
       node = new AudioBufferSourceNode(this.context, { buffer, loop: true });
       node.start();
     }
     voice.source = node;
-    node?.connect(voice.engine.input);
+    if (voice.gain) node?.connect(voice.gain);
   }
 
   unplug(voice) {
@@ -138,11 +209,11 @@ export class Voices extends EventTarget {
   /** Puts a sound elsewhere in its scene. */
   put(voice, offset) {
     voice.offset = offset;
-    voice.engine?.set(offsets(voice));
+    voice.room?.engine.put(voice.input, offset);
   }
 
   each(work) {
-    for (const { engine } of this.voices) if (engine) work(engine);
+    for (const { engine } of this.rooms) work(engine);
   }
 
   set(values) {

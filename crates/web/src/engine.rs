@@ -7,8 +7,8 @@ use promenade_core::decode::{CloudDecoder, InlineWorker};
 use promenade_core::glam::Vec3;
 use promenade_core::headphones::{HeadphoneStage, Headphones};
 use promenade_core::{
-    BlockParams, CameraPath, DecodeWorker, Decoded, Emitters, Head, Keyframe, Playback, Pose, Renderer, RendererConfig, Scene,
-    Spatializer, Tier,
+    BlockParams, CameraPath, DecodeWorker, Decoded, Emitters, Head, Keyframe, MOST_VOICES, Playback, Pose, Renderer,
+    RendererConfig, Scene, Spatializer, Tier, Voice,
 };
 use std::sync::Arc;
 
@@ -22,6 +22,15 @@ pub struct LoadOptions {
     pub second_emitter: bool,
     /// Decode live tiers on the thread that renders: offline only.
     pub inline: bool,
+    /// Sounds beside the first that can be played in the same place, at most 32.
+    pub further: usize,
+}
+
+/// A sound beside the first.
+struct Further {
+    input: Vec<f32>,
+    /// How far it is moved from the scene's emitter, metres.
+    offset: Vec3,
 }
 
 /// One instance of the module: loaded in a Worker, then played on the audio thread, which gets its memory. What goes wrong is
@@ -38,6 +47,7 @@ pub struct Engine {
     mailboxes: Vec<SharedMailbox>,
     decoder: Option<(CloudDecoder, Decoded)>,
     input: [Vec<f32>; 2],
+    further: Vec<Further>,
     ears: [Vec<f32>; 2],
     /// Samples since the stream began.
     clock: u64,
@@ -60,6 +70,7 @@ impl Engine {
             mailboxes: Vec::new(),
             decoder: None,
             input: pair(),
+            further: Vec::new(),
             ears: pair(),
             clock: 0,
         }
@@ -100,7 +111,8 @@ impl Engine {
             scene = scene.with_head(head).map_err(|e| e.to_string())?;
         }
         let scene = Arc::new(scene);
-        let voices = if options.second_emitter { 2 } else { 1 };
+        let first = if options.second_emitter { 2 } else { 1 };
+        let voices = first + options.further.min(u32::BITS as usize);
         self.mailboxes.clear();
         self.decoder = CloudDecoder::new(&scene).map(|decoder| {
             let blank = decoder.blank();
@@ -122,7 +134,10 @@ impl Engine {
         let config = RendererConfig { voices, workers, ..self.rate_hz.into() };
         let renderer = Renderer::new(Arc::clone(&scene), config).map_err(|e| e.to_string())?;
         self.params.live.wait = options.inline;
-        self.stream.install(Emitters::from(renderer).with_second());
+        let emitters = Emitters::from(renderer);
+        self.stream.install(if options.second_emitter { emitters.with_second() } else { emitters });
+        let further = || Further { input: vec![0.0; MOST_SAMPLES], offset: Vec3::ZERO };
+        self.further = std::iter::repeat_with(further).take(voices - first).collect();
         self.listener = Listener::new(scene.start_pose(), self.rate_hz);
         self.scene = Some(scene);
         self.clock = 0;
@@ -174,8 +189,7 @@ impl Engine {
             10 => p.trim.width = value,
             11 => p.trim.low_cut_hz = value,
             12 => p.emitters.spread = value,
-            13..=15 => p.emitters.offset[setting as usize - 13] = value,
-            16 => p.live.rate_hz = value,
+            13 => p.live.rate_hz = value,
             _ => {}
         }
     }
@@ -219,9 +233,21 @@ impl Engine {
         }
     }
 
-    /// Where the samples of an input channel are written, 1024 at most.
+    /// Where samples are written, 1024 at most: both channels of the first sound, then one of each further one. Empty for a
+    /// sound that the scene was not loaded for.
     pub fn input(&mut self, channel: usize) -> &mut [f32] {
-        &mut self.input[channel.min(1)]
+        match channel.checked_sub(2) {
+            None => &mut self.input[channel],
+            Some(further) => self.further.get_mut(further).map_or(&mut [], |further| &mut further.input),
+        }
+    }
+
+    /// Moves a sound, 0 for the first, from the scene's emitter, metres.
+    pub fn put(&mut self, sound: usize, offset: Vec3) {
+        match sound.checked_sub(1) {
+            None => self.params.emitters.offset = offset,
+            Some(further) => self.further.get_mut(further).into_iter().for_each(|further| further.offset = offset),
+        }
     }
 
     /// Where the samples of an ear are read.
@@ -230,11 +256,12 @@ impl Engine {
         &self.ears[ear.min(1)]
     }
 
-    /// Plays a block of `channels` (1 or 2) channels and `len` samples, at most 1024, from the inputs to the ears.
+    /// Plays a block of `channels` (1 or 2) channels and `len` samples, at most 1024, from the inputs to the ears, and with it
+    /// each further sound whose bit is set in `further`. A sound that plays nothing costs nothing once it has died away.
     ///
     /// # Real-time
     /// Audio thread; no allocation, lock that is waited for, or I/O.
-    pub fn process(&mut self, channels: usize, len: usize) {
+    pub fn process(&mut self, channels: usize, further: u32, len: usize) {
         let len = len.min(MOST_SAMPLES);
         let (clock, listener) = (self.clock, &mut self.listener);
         listener.glide.forget_before(clock);
@@ -244,8 +271,14 @@ impl Engine {
         let [left, right] = &mut self.ears;
         let (left, right) = (&mut left[..len], &mut right[..len]);
         let heard = &both[..channels.clamp(1, 2)];
-        self.stream
-            .process(heard, &[], [&mut *left, &mut *right], &self.params, |i| listener.pose_at((clock + i as u64) as f64));
+        let mut voices = [Voice::default(); MOST_VOICES];
+        for (n, (voice, sound)) in voices.iter_mut().zip(&self.further).enumerate() {
+            let plays = further >> n & 1 == 1;
+            *voice = Voice { input: if plays { &sound.input[..len] } else { &[] }, offset: sound.offset, ..Voice::default() };
+        }
+        self.stream.process(heard, &voices[..self.further.len()], [&mut *left, &mut *right], &self.params, |i| {
+            listener.pose_at((clock + i as u64) as f64)
+        });
         self.headphone_stage.process([left, right], true);
         self.clock += len as u64;
     }
@@ -277,14 +310,14 @@ impl Engine {
         Tier::ALL.iter().position(|t| *t == played).unwrap_or(0)
     }
 
-    /// The pose that a stream (0, or 1 for the second emitter) is to decode, once.
-    pub fn asked(&mut self, stream: usize) -> Option<Pose> {
-        self.mailboxes.get(stream).and_then(SharedMailbox::asked)
+    /// The pose that a voice is to decode, once: the first sound's, its second emitter's, then those of further sounds.
+    pub fn asked(&mut self, voice: usize) -> Option<Pose> {
+        self.mailboxes.get(voice).and_then(SharedMailbox::asked)
     }
 
     /// Takes the answer to it. Returns whether it fits the scene.
-    pub fn answer(&mut self, stream: usize, row: &[f32]) -> bool {
-        self.mailboxes.get(stream).is_some_and(|mailbox| mailbox.answer(row))
+    pub fn answer(&mut self, voice: usize, row: &[f32]) -> bool {
+        self.mailboxes.get(voice).is_some_and(|mailbox| mailbox.answer(row))
     }
 
     /// Decodes a pose for another instance of the same scene; empty where the scene has nothing to decode.

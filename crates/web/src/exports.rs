@@ -6,6 +6,7 @@
 #![cfg_attr(target_family = "wasm", expect(unsafe_code, reason = "names of exported functions; nothing else here is unsafe"))]
 
 use crate::engine::{Engine, LoadOptions, pose};
+use promenade_core::glam::Vec3;
 use std::cell::RefCell;
 
 /// Bytes that may be asked for: the largest scene.
@@ -89,10 +90,11 @@ pub extern "C" fn headphones() -> u32 {
     of_bytes(Engine::set_headphones)
 }
 
-/// Takes the scene in the room. `flags`: 1 with a second emitter, 2 decoding where it plays.
+/// Takes the scene in the room, for some further sounds. `flags`: 1 with a second emitter, 2 decoding where it plays.
 #[cfg_attr(target_family = "wasm", unsafe(no_mangle))]
-pub extern "C" fn load(flags: u32) -> u32 {
-    of_bytes(|engine, bytes| engine.load(bytes, LoadOptions { second_emitter: flags & 1 != 0, inline: flags & 2 != 0 }))
+pub extern "C" fn load(flags: u32, further: usize) -> u32 {
+    let options = LoadOptions { second_emitter: flags & 1 != 0, inline: flags & 2 != 0, further };
+    of_bytes(|engine, bytes| engine.load(bytes, options))
 }
 
 /// Drops what the audio thread does not need, and empties the room.
@@ -175,10 +177,19 @@ pub extern "C" fn jump(x: f32, y: f32, z: f32, qx: f32, qy: f32, qz: f32, qw: f3
     with(|engine| engine.jump(pose(x, y, z, qx, qy, qz, qw)));
 }
 
-/// Where the samples of an input channel are written, 1024 at most.
+/// Moves a sound, metres.
+#[cfg_attr(target_family = "wasm", unsafe(no_mangle))]
+pub extern "C" fn put(sound: usize, x: f32, y: f32, z: f32) {
+    with(|engine| engine.put(sound, Vec3::new(x, y, z)));
+}
+
+/// Where samples are written, 1024 at most: both channels of the first sound, then one of each further one; null beyond.
 #[cfg_attr(target_family = "wasm", unsafe(no_mangle))]
 pub extern "C" fn input(channel: usize) -> *mut f32 {
-    ENGINE.with_borrow_mut(|engine| engine.as_mut().map_or(std::ptr::null_mut(), |e| e.input(channel).as_mut_ptr()))
+    ENGINE.with_borrow_mut(|engine| match engine.as_mut().map(|engine| engine.input(channel)) {
+        Some(samples) if !samples.is_empty() => samples.as_mut_ptr(),
+        _ => std::ptr::null_mut(),
+    })
 }
 
 /// Where the samples of an ear are read.
@@ -187,10 +198,10 @@ pub extern "C" fn ear(ear: usize) -> *const f32 {
     ENGINE.with_borrow(|engine| engine.as_ref().map_or(std::ptr::null(), |e| e.ear(ear).as_ptr()))
 }
 
-/// Plays a block.
+/// Plays a block, with the further sounds whose bits are set.
 #[cfg_attr(target_family = "wasm", unsafe(no_mangle))]
-pub extern "C" fn process(channels: usize, len: usize) {
-    with(|engine| engine.process(channels, len));
+pub extern "C" fn process(channels: usize, further: u32, len: usize) {
+    with(|engine| engine.process(channels, further, len));
 }
 
 /// Is as new again.
@@ -227,22 +238,22 @@ pub extern "C" fn played_tier() -> usize {
     with(|engine| engine.played_tier())
 }
 
-/// Where the pose is that a stream is to decode, or null.
+/// Where the pose is that a voice is to decode, or null.
 #[cfg_attr(target_family = "wasm", unsafe(no_mangle))]
-pub extern "C" fn asked(stream: usize) -> *const f32 {
-    with(|engine| engine.asked(stream)).map_or(std::ptr::null(), |pose| place(numbers(&pose, 0.0)))
+pub extern "C" fn asked(voice: usize) -> *const f32 {
+    with(|engine| engine.asked(voice)).map_or(std::ptr::null(), |pose| place(numbers(&pose, 0.0)))
 }
 
-/// Takes the row in the room as the answer to a stream.
+/// Takes the row in the room as the answer to a voice.
 #[cfg_attr(target_family = "wasm", unsafe(no_mangle))]
-pub extern "C" fn answer(stream: usize) -> u32 {
+pub extern "C" fn answer(voice: usize) -> u32 {
     let length = LENGTH.with_borrow(|l| *l) / 4;
     ROOM.with_borrow(|room| {
         let low = |v: &f64| [v.to_bits() as u32, (v.to_bits() >> 32) as u32].map(f32::from_bits);
         POINTS.with_borrow_mut(|row| {
             row.clear();
             row.extend(room.iter().flat_map(low).take(length));
-            u32::from(with(|engine| engine.answer(stream, row)))
+            u32::from(with(|engine| engine.answer(voice, row)))
         })
     })
 }

@@ -53,7 +53,6 @@ pub struct Response {
 
 impl Listening {
     /// What is sounded and heard: mix, gain and bypass are no part of the place.
-    #[must_use]
     pub fn new(scene: &Arc<Scene>, sample_rate_hz: f64, pose: Pose, block: BlockParams, octave: Option<usize>) -> Self {
         let tier = scene.played_tier(block.tier);
         let block = BlockParams { tier, mix: 1.0, gain: 1.0, bypass: false, ..block };
@@ -61,7 +60,6 @@ impl Listening {
     }
 
     /// The response of both ears. `None` where it cannot be played, or as soon as it is not `wanted` any more.
-    #[must_use]
     pub fn ears(&self, wanted: &dyn Fn() -> bool) -> Option<Ears> {
         let scene = self.scene.upgrade()?;
         let longer = f64::from(self.block.trim.decay).max(1.0);
@@ -72,7 +70,6 @@ impl Listening {
 
 impl Response {
     /// Of both ears at a sample rate, or of an octave of them. Silence has no curve: it is at the floor.
-    #[must_use]
     pub fn of(ears: &Ears, sample_rate_hz: f64, octave_hz: Option<f32>) -> Self {
         let centres = (0..MASK_POINTS).map(|point| f64::from(frequency_hz(point))).collect::<Vec<_>>();
         let spectrum = |ear: &Vec<f32>| {

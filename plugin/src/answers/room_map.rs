@@ -1,8 +1,7 @@
 //! Level, T20 and C50 over the plan of the scene that is heard, as `promenade map` draws them of a mesh.
 
 use crate::answers::settled::Question;
-use crate::library::cache;
-use crate::library::outline::Outline;
+use crate::library::{cache, outline::Outline};
 use crate::parameter::cast::{index, narrow};
 use promenade_core::glam::{Vec2, Vec3};
 use promenade_core::{BlockParams, Pose, Scene, Trim};
@@ -39,7 +38,6 @@ pub struct RoomMap {
 
 impl RoomMap {
     /// The least and the greatest value of a measure.
-    #[must_use]
     pub fn range(&self, measure: usize) -> Option<(f32, f32)> {
         let values = || self.places.iter().filter_map(|(_, measured)| measured[measure]);
         let (low, high) = values().fold((f32::INFINITY, f32::NEG_INFINITY), |(low, high), v| (low.min(v), high.max(v)));
@@ -48,7 +46,6 @@ impl RoomMap {
     }
 
     /// What is measured at the place nearest to one of the plan, if that is on the map.
-    #[must_use]
     pub fn at(&self, plan: Vec2) -> Option<&Measured> {
         let far = |place: &Vec3| (place.truncate() - plan).abs().max_element();
         let nearest = self.places.iter().min_by(|a, b| far(&a.0).total_cmp(&far(&b.0)))?;

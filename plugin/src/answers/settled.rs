@@ -1,8 +1,6 @@
 //! Answers to questions that take long, once a question has not changed for a while.
 
-use crate::worker::Task;
-use crate::worker::lock::lock;
-use crate::worker::repaint::Repaint;
+use crate::worker::{Task, lock::lock, repaint::Repaint};
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
@@ -31,7 +29,6 @@ pub struct Settled<Q: Question> {
 
 impl<Q: Question> Settled<Q> {
     /// Nothing is asked yet; `repaint` is asked for a picture when there is an answer.
-    #[must_use]
     pub fn new(repaint: Repaint) -> Arc<Self> {
         Arc::new(Self { asked: Mutex::new(None), newest: Mutex::new(None), repaint })
     }
@@ -52,13 +49,11 @@ impl<Q: Question> Settled<Q> {
     }
 
     /// The newest answer with its question.
-    #[must_use]
     pub fn newest(&self) -> Option<Answered<Q>> {
         lock(&self.newest).clone()
     }
 
     /// Whether the newest answer is that to the newest question.
-    #[must_use]
     pub fn is_fresh(&self) -> bool {
         let asked = lock(&self.asked).as_ref().map(|(question, _)| Arc::clone(question));
         let newest = self.newest();

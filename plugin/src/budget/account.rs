@@ -1,7 +1,6 @@
 //! What an instance and the allocator know of each other.
 
-use super::allocator::Claim;
-use super::grant::Grant;
+use super::{allocator::Claim, grant::Grant};
 use std::sync::atomic::{AtomicU8, AtomicU32, Ordering};
 
 /// One instance's share of the budget: the audio thread writes what it hears and takes, the allocator what it grants.
@@ -32,13 +31,11 @@ impl Account {
     ///
     /// # Real-time
     /// Any thread; no allocation, lock or I/O.
-    #[must_use]
     pub fn held(&self) -> Grant {
         Grant::of_index(self.held.load(Ordering::Relaxed))
     }
 
     /// What it takes as it plays now, share of one core.
-    #[must_use]
     pub fn cost(&self) -> f32 {
         self.cost_of(self.held())
     }

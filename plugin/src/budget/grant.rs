@@ -22,7 +22,6 @@ impl Grant {
     }
 
     /// Its name for a reader.
-    #[must_use]
     pub fn name(self) -> &'static str {
         match self {
             Self::Nothing => "Waits",

@@ -1,7 +1,6 @@
 //! The limit of the budget of processor time: the most that all instances of the process may take together.
 
-use crate::worker::TaskHandle;
-use crate::worker::lock::lock;
+use crate::worker::{TaskHandle, lock::lock};
 use nice_plug::params::persist::PersistentField;
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::sync::{Mutex, Weak};
@@ -18,7 +17,6 @@ pub(crate) static ALLOCATION: Mutex<Weak<TaskHandle>> = Mutex::new(Weak::new());
 ///
 /// # Real-time
 /// Any thread; no allocation, lock or I/O.
-#[must_use]
 pub fn limit_percent() -> Option<f32> {
     let percent = f32::from_bits(LIMIT.load(Ordering::Relaxed));
     (percent > 0.0).then_some(percent)
@@ -42,10 +40,7 @@ impl PersistentField<'_, Option<f32>> for SavedLimit {
         set_limit_percent(saved);
     }
 
-    fn map<F, R>(&self, f: F) -> R
-    where
-        F: Fn(&Option<f32>) -> R,
-    {
+    fn map<F: Fn(&Option<f32>) -> R, R>(&self, f: F) -> R {
         f(&limit_percent())
     }
 }

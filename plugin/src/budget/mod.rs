@@ -16,8 +16,7 @@ pub use grant::Grant;
 pub(crate) use spender::Spender;
 
 use crate::budget::limit::{ALLOCATION, limit_percent};
-use crate::worker::lock::lock;
-use crate::worker::{ALLOCATOR, Task, TaskHandle};
+use crate::worker::{ALLOCATOR, Task, TaskHandle, lock::lock};
 use allocator::allocate;
 use std::sync::Arc;
 use std::time::{Duration, Instant};

@@ -1,9 +1,7 @@
 //! The audio thread's end of the budget.
 
-use super::allocator::USUAL_COSTS;
-use super::grant::Grant;
-use super::stop_watch::StopWatch;
 use super::{Account, join, register};
+use super::{allocator::USUAL_COSTS, grant::Grant, stop_watch::StopWatch};
 use crate::budget::limit::limit_percent;
 use crate::parameter::cast::{index, narrow, normal};
 use crate::worker::TaskHandle;
@@ -24,6 +22,7 @@ const FORGET_S: f32 = 10.0;
 const SILENCE: f32 = 1e-12;
 
 /// What one instance plays of itself, block by block. The audio thread owns it.
+#[derive(Default)]
 pub(crate) struct Spender {
     account: Arc<Account>,
     task: Option<Arc<TaskHandle>>,
@@ -46,29 +45,14 @@ pub(crate) struct Spender {
     limited: bool,
     /// Mean square of this block's input.
     power: f32,
-    /// Whether the input was silent in the block before.
-    quiet: bool,
+    /// Whether this block's input is silent, where there is a limit.
+    pub(crate) quiet: bool,
 }
 
 impl Spender {
     /// Plays everything, and allocates nothing.
     pub(crate) fn new(account: Arc<Account>) -> Self {
-        Self {
-            account,
-            task: None,
-            now: Grant::Full,
-            level: 1.0,
-            taken: 0,
-            settled: 0,
-            waited: false,
-            input: 0.0,
-            ears: 0.0,
-            gain: 1.0,
-            gain_at_m: 1.0,
-            limited: false,
-            power: 0.0,
-            quiet: true,
-        }
+        Self { account, level: 1.0, gain: 1.0, gain_at_m: 1.0, quiet: true, ..Self::default() }
     }
 
     /// Starts what allocates, where it does not run yet.
@@ -119,11 +103,6 @@ impl Spender {
     pub(crate) fn waits(&mut self) -> bool {
         self.waited |= self.now == Grant::Nothing && self.level == 0.0;
         self.waited && self.now == Grant::Nothing
-    }
-
-    /// Whether the block's input is silent, as far as there is a limit.
-    pub(crate) fn is_quiet(&self) -> bool {
-        self.quiet
     }
 
     /// Whether it has waited and is to begin anew with this block, at a latency in samples.

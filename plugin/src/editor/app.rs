@@ -3,32 +3,20 @@
 use super::ctx::{Ctx, Instance, Owed, Selection};
 use super::drawer::{self, panels};
 use super::dropped::{self, DropTarget};
-use super::estimate::estimate;
-use super::geometry::Geometry;
-use super::gesture::Gestures;
 use super::host::{Host, landed};
-use super::meter::Meters;
-use super::panel::Panel;
-use super::presets::Presets;
-use super::pump::Pump;
-use super::scenes::Scenes;
-use super::source_path::SourcePath;
 use super::theme::{Palette, dress, set_fonts};
-use super::view::View;
-use super::views::Views;
 use super::{banner, header, mapping, side};
-use crate::history::Session;
-use crate::history::user_state::UserState;
-use crate::library::lister::Lister;
-use crate::library::outline::Outline;
+use super::{
+    estimate::estimate, geometry::Geometry, gesture::Gestures, meter::Meters, panel::Panel, presets::Presets, pump::Pump,
+    scenes::Scenes, source_path::SourcePath, view::View, views::Views,
+};
+use crate::history::{Session, user_state::UserState};
+use crate::library::{lister::Lister, outline::Outline};
 use crate::parameter::cast::narrow;
-use crate::project::exchange::Choices;
-use crate::project::preferences::Preferences;
 use crate::project::settings::{EditorSettings, Theme};
-use crate::project::walk::SavedWalk;
+use crate::project::{exchange::Choices, preferences::Preferences, walk::SavedWalk};
 use crate::telemetry::Frame;
-use crate::worker::lock::lock;
-use crate::worker::{LOADER, TaskHandle};
+use crate::worker::{LOADER, TaskHandle, lock::lock};
 use egui::{CentralPanel, Event, InputState, Key, KeyboardShortcut, Margin, Modifiers, Ui};
 use nice_plug::context::gui::GuiContext;
 use nice_plug::nice_error;
@@ -310,6 +298,7 @@ impl NiceEguiApp for App {
         egui_ctx.options_mut(|options| options.zoom_with_keyboard = false);
         let size = frame.baseview_window().size();
         self.geometry.resized(size.physical.into(), size.scale_factor);
+        self.geometry.held().window = mapping::number(frame.baseview_window());
         mapping::map(frame.baseview_window());
         self.dropped = DropTarget::new(frame.baseview_window(), self.instance.repaint.clone());
         self.gui = Some(gui);

@@ -1,9 +1,7 @@
 //! Error messages on top of the view.
 
-use super::ctx::Ctx;
 use super::theme::{Palette, faded};
-use super::widgets::button;
-use super::words::Word;
+use super::{ctx::Ctx, widgets::button, words::Word};
 use crate::parameter::Parameter;
 use egui::{Color32, Frame, Margin, RichText, Ui};
 
@@ -14,26 +12,18 @@ const STEREO_DEG: f32 = 60.0;
 pub(super) fn show(ui: &mut Ui, ctx: &mut Ctx<'_>) {
     let palette = ctx.palette;
     let from = &ctx.instance.loader.exchange;
-    let [scene, sources, walk, source_walks, head, headphones] = [
-        &from.scene_report,
-        &from.sources_report,
-        &from.walk_report,
-        &from.source_walks_report,
-        &from.head_report,
-        &from.headphones_report,
-    ]
-    .map(|report| report.text());
     // A scene that is played all the same has a remark, no error.
     let scene_colour = if ctx.scene.is_some() { palette.warn } else { palette.error };
-    for (name, text, colour, what) in [
-        ("scene", &scene, scene_colour, "Scene"),
-        ("sources", &sources, palette.warn, "Sources"),
-        ("walk", &walk, palette.error, "Camera path"),
-        ("source-walks", &source_walks, palette.error, "Path"),
-        ("head", &head, palette.warn, "Head"),
-        ("headphones", &headphones, palette.warn, "Headphones"),
+    for (name, report, colour, what) in [
+        ("scene", &from.scene_report, scene_colour, "Scene"),
+        ("sources", &from.sources_report, palette.warn, "Sources"),
+        ("walk", &from.walk_report, palette.error, "Camera path"),
+        ("source-walks", &from.source_walks_report, palette.error, "Path"),
+        ("head", &from.head_report, palette.warn, "Head"),
+        ("headphones", &from.headphones_report, palette.warn, "Headphones"),
     ] {
-        if !text.is_empty() && line(ui, ctx, name, what, text, colour, Word::TryAgain) {
+        let text = report.text();
+        if !text.is_empty() && line(ui, ctx, name, what, &text, colour, Word::TryAgain) {
             ctx.instance.loader.retry();
             ctx.refresh();
         }

@@ -1,9 +1,8 @@
 //! The budget of processor time: its limit, and the share of each instance.
 
-use super::ctx::Ctx;
 use super::theme::{CONTROL, Palette};
 use super::widgets::{fact, labelled};
-use super::words::Word;
+use super::{ctx::Ctx, words::Word};
 use crate::budget::limit::{LIMITS_PERCENT, limit_percent, set_limit_percent};
 use crate::telemetry::members::{self, Spending};
 use egui::{Align2, DragValue, Sense, Ui, Vec2};

@@ -1,7 +1,10 @@
 //! The system's own window to choose a file, and what the file holds, off the editor's thread.
 
-use super::ctx::Ctx;
+use super::theme::{CONTROL, SPACE};
+use super::widgets::{button, button_width, note};
+use super::{ctx::Ctx, words::Word};
 use crate::worker::repaint::Repaint;
+use egui::{Key, TextEdit, Ui, Vec2};
 use rfd::AsyncFileDialog;
 use std::io;
 use std::path::{Path, PathBuf};
@@ -36,6 +39,13 @@ impl Place {
     pub(super) fn typed_or(text: &str, otherwise: Self) -> Self {
         if text.trim().is_empty() { otherwise } else { Self::Typed(crate::library::place_of(text)) }
     }
+}
+
+/// Waits for the user's choice.
+type Choose = Box<dyn FnOnce() -> Option<PathBuf> + Send>;
+
+fn chosen(file: impl Future<Output = Option<rfd::FileHandle>> + Send + 'static) -> Choose {
+    Box::new(move || Some(pollster::block_on(file)?.path().to_owned()))
 }
 
 /// Has one file at a time chosen and used.
@@ -74,24 +84,15 @@ impl<T: Send + 'static> Chooser<T> {
         }
         let dialog = AsyncFileDialog::new().set_title(kind.name).add_filter(kind.name, kind.extensions);
         // Some systems want the window to be made here, though not waited for.
-        let chosen = match place {
-            Place::Typed(path) => return self.begin(ctx.instance.repaint.clone(), move || Some(path), take),
-            Place::Existing => dialog.pick_file(),
+        let choose: Choose = match place {
+            Place::Typed(path) => Box::new(move || Some(path)),
+            Place::Existing => chosen(dialog.pick_file()),
             Place::New => {
                 let name = kind.extensions.first().map_or_else(String::new, |extension| format!("untitled.{extension}"));
-                return self.choose(ctx, dialog.set_file_name(name).save_file(), take);
+                chosen(dialog.set_file_name(name).save_file())
             }
         };
-        self.choose(ctx, chosen, take)
-    }
-
-    fn choose(
-        &mut self,
-        ctx: &Ctx<'_>,
-        chosen: impl Future<Output = Option<rfd::FileHandle>> + Send + 'static,
-        take: impl FnOnce(&Path) -> Result<T, String> + Send + 'static,
-    ) -> Result<(), String> {
-        self.begin(ctx.instance.repaint.clone(), move || Some(pollster::block_on(chosen)?.path().to_owned()), take)
+        self.begin(ctx.instance.repaint.clone(), choose, take)
     }
 
     fn begin(
@@ -122,6 +123,51 @@ impl<T: Send + 'static> Chooser<T> {
         };
         self.answer = None;
         Some(done)
+    }
+}
+
+/// A field for a file that is read, with a button beside it.
+pub(super) struct FileField<T> {
+    file: String,
+    chooser: Chooser<T>,
+    /// Why nothing was chosen.
+    why_not: Option<String>,
+}
+
+impl<T> Default for FileField<T> {
+    fn default() -> Self {
+        Self { file: String::new(), chooser: Chooser::default(), why_not: None }
+    }
+}
+
+impl<T: Send + 'static> FileField<T> {
+    /// Shows it, with a hint in the empty field; what was read of a file, once.
+    pub(super) fn show(
+        &mut self,
+        ui: &mut Ui,
+        ctx: &Ctx<'_>,
+        (hint, word, kind): (&str, Word, FileKind),
+        read: impl FnOnce(&Path) -> Result<T, String> + Send + 'static,
+    ) -> Option<T> {
+        let free = !self.chooser.is_busy();
+        let asked = ui.horizontal(|ui| {
+            ui.spacing_mut().item_spacing.x = SPACE;
+            let place = Vec2::new((ui.available_width() - button_width(ui, word) - SPACE).max(CONTROL), CONTROL);
+            let typed = ui.add_sized(place, TextEdit::singleline(&mut self.file).hint_text(hint));
+            let entered = typed.lost_focus() && ui.input(|i| i.key_pressed(Key::Enter)) && !self.file.trim().is_empty();
+            ui.add_enabled_ui(free, |ui| button(ui, ctx.palette, word)).inner.clicked() || entered
+        });
+        if free && asked.inner {
+            self.why_not = self.chooser.ask(ctx, kind, Place::typed_or(&self.file, Place::Existing), read).err();
+        }
+        let done = self.chooser.take().and_then(|done| done.map_err(|why| self.why_not = Some(why)).ok());
+        if done.is_some() {
+            (self.file, self.why_not) = (String::new(), None);
+        }
+        if let Some(why) = &self.why_not {
+            note(ui, ctx.palette, why);
+        }
+        done
     }
 }
 

@@ -1,15 +1,9 @@
 //! Controls of parameters: what they set goes to the host as gestures.
 
-use super::ctx::Ctx;
-use super::host::default_value;
-use super::host_menu;
 use super::theme::{CONTROL, ROUND, SPACE};
 use super::widgets::{drop_down, focus_ring, labelled, segments, switch};
-use super::words::Word;
-use crate::parameter::Parameter;
-use crate::parameter::cast::narrow;
-use crate::parameter::choices::Follow;
-use crate::parameter::text;
+use super::{ctx::Ctx, host::default_value, host_menu, words::Word};
+use crate::parameter::{Parameter, cast::narrow, choices::Follow, text};
 use crate::project::params::PromenadeParams;
 use egui::{CornerRadius, DragValue, Key, Rect, Response, Sense, Ui, Vec2, WidgetInfo};
 use nice_plug::prelude::Enum;

@@ -1,35 +1,22 @@
 //! The context that the editor's panels show and change.
 
-use super::gesture::Gestures;
 use super::host::{Host, landed};
-use super::theme::Palette;
-use super::views::Views;
-use super::words::Word;
+use super::{gesture::Gestures, theme::Palette, views::Views, words::Word};
 use crate::budget::Account;
-use crate::history::user_state::UserState;
-use crate::history::{History, Session};
-use crate::library::drawn_room::DrawnRoom;
-use crate::library::lister::Listing;
-use crate::library::outline::Outline;
-use crate::library::scene_key::SceneKey;
-use crate::listener::snapshot::sources_of;
+use crate::history::{History, Session, user_state::UserState};
+use crate::library::{drawn_room::DrawnRoom, lister::Listing, outline::Outline, scene_key::SceneKey};
+use crate::listener::snapshot::{offset_of, sources_of};
 use crate::osc::Osc;
-use crate::parameter::Parameter;
-use crate::parameter::cast::index;
-use crate::parameter::choices::SceneChoice;
+use crate::parameter::{Parameter, cast::index, choices::SceneChoice};
 use crate::playing::loader::Loader;
-use crate::project::params::PromenadeParams;
-use crate::project::persisted::Persisted;
-use crate::project::preferences::Preferences;
-use crate::project::settings::EditorSettings;
-use crate::project::source_walks::SourceWalks;
-use crate::project::sources::SavedSources;
+use crate::project::scene_frame::{SceneFrame, to_polar};
 use crate::project::walk::{SavedWalk, Walk};
-use crate::telemetry::host_side::HostSide;
-use crate::telemetry::waveform::Waveform;
-use crate::telemetry::{Frame, Telemetry};
-use crate::worker::TaskHandle;
-use crate::worker::repaint::Repaint;
+use crate::project::{
+    params::PromenadeParams, persisted::Persisted, preferences::Preferences, settings::EditorSettings,
+    source_walks::SourceWalks, sources::SavedSources,
+};
+use crate::telemetry::{Frame, Telemetry, host_side::HostSide, waveform::Waveform};
+use crate::worker::{TaskHandle, repaint::Repaint};
 use egui::Color32;
 use nice_plug::context::gui::GuiContext;
 use nice_plug::prelude::Enum;
@@ -173,7 +160,6 @@ pub struct Ctx<'a> {
 
 impl Ctx<'_> {
     /// The parameters and what is saved beside them.
-    #[must_use]
     pub fn params(&self) -> &PromenadeParams {
         &self.instance.params
     }
@@ -184,40 +170,34 @@ impl Ctx<'_> {
     }
 
     /// A parameter's plain value: the one that the user is setting, else the one that is heard.
-    #[must_use]
     pub fn value(&self, parameter: Parameter) -> f32 {
         self.gestures.value(parameter).unwrap_or_else(|| self.instance.params.heard(parameter))
     }
 
     /// A choice's index or a slot's number.
-    #[must_use]
     pub fn index(&self, parameter: Parameter) -> usize {
         index(self.value(parameter))
     }
 
     /// Whether a switch is on.
-    #[must_use]
     pub fn is_on(&self, parameter: Parameter) -> bool {
         self.value(parameter) > 0.5
     }
 
     /// The path of a source, 0 for the first, followed or not.
-    #[must_use]
     pub fn source_walk(&self, source: usize) -> Option<&Walk> {
         self.source_walks?.get(source)?.as_ref()
     }
 
     /// Where a source is in a scene that has its emitter at `home`, metres.
-    #[must_use]
     pub fn source_at(&self, home: Vec3, source: usize) -> Vec3 {
         let value = |parameter| self.value(parameter);
         let walk = self.source_walk(source);
         let on_path = walk.and_then(|walk| sources_of(value).on(walk, self.frame.transport_s));
-        on_path.map_or(home, |pose| pose.position) + Vec3::from_array(Parameter::place_of(source).map(value))
+        on_path.map_or(home, |pose| pose.position) + self.offset(source)
     }
 
     /// What the project says of its sources.
-    #[must_use]
     pub fn project_sources(&self) -> &SavedSources {
         self.sources
     }
@@ -229,20 +209,17 @@ impl Ctx<'_> {
     }
 
     /// Whether a source is heard, 0 for the first.
-    #[must_use]
     pub fn is_heard(&self, source: usize) -> bool {
         self.params().sources.is_heard(source)
     }
 
     /// The colour of a source, 0 for the first.
-    #[must_use]
     pub fn source_colour(&self, source: usize) -> Color32 {
         let own = self.project_sources().of(source).colour;
         own.map_or(self.palette.emitter, |[r, g, b]| Color32::from_rgb(r, g, b))
     }
 
     /// Whether a place is outside of the walls, where those are known.
-    #[must_use]
     pub fn is_outside(&self, place: Vec3) -> bool {
         match self.drawn_room() {
             Some(room) => !room.holds(place),
@@ -251,7 +228,6 @@ impl Ctx<'_> {
     }
 
     /// The sources that stand outside of the walls, 0 for the first.
-    #[must_use]
     pub fn sources_outside(&self) -> Vec<usize> {
         let Some(home) = self.scene.and_then(|scene| scene.emitter()) else { return Vec::new() };
         (0..=self.params().further()).filter(|source| self.is_outside(self.source_at(home, *source))).collect()
@@ -260,14 +236,39 @@ impl Ctx<'_> {
     /// Moves a source, 0 for the first, to a place of the world, while the pointer is down with `holds`.
     pub fn put_source(&mut self, home: Vec3, source: usize, place: Vec3, holds: bool) {
         let by = place - self.source_at(home, source);
-        for (axis, parameter) in Parameter::place_of(source).into_iter().enumerate() {
-            let value = self.value(parameter) + by[axis];
-            if holds {
-                self.hold(parameter, value);
-            } else if by[axis] != 0.0 {
-                self.set(parameter, value);
-            }
+        self.set_offset(source, self.offset(source) + by, self.is_polar(), holds);
+    }
+
+    /// Whether directions say where sources are.
+    pub fn is_polar(&self) -> bool {
+        self.is_on(Parameter::Place)
+    }
+
+    /// How far a source is from the scene's emitter, metres, without a path of its own.
+    pub fn offset(&self, source: usize) -> Vec3 {
+        let frame = self.scene.map(|scene| SceneFrame::of(scene));
+        offset_of(source, |parameter| self.value(parameter), frame.as_ref())
+    }
+
+    /// Puts a source so far from the scene's emitter by the parameters along the axes, or by those of directions.
+    pub fn set_offset(&mut self, source: usize, offset: Vec3, polar: bool, holds: bool) {
+        let (parameters, values) = match self.scene.filter(|_| polar).map(|scene| SceneFrame::of(scene)) {
+            Some(frame) => (Parameter::polar_of(source), to_polar(frame.from_world(frame.emitter + offset))),
+            None => (Parameter::place_of(source), offset.to_array()),
+        };
+        for (parameter, value) in
+            parameters.into_iter().zip(values).filter(|(p, v)| holds || self.value(*p) != *v).collect::<Vec<_>>()
+        {
+            if holds { self.hold(parameter, value) } else { self.set(parameter, value) }
         }
+    }
+
+    /// Has other parameters say where sources are, with all of them where they are.
+    pub fn place_by(&mut self, choice: usize) {
+        for source in 0..=self.params().further() {
+            self.set_offset(source, self.offset(source), choice > 0, false);
+        }
+        self.set(Parameter::Place, choice as f32);
     }
 
     /// Puts all further sources where the room has place about the listener.
@@ -346,7 +347,6 @@ impl Ctx<'_> {
     }
 
     /// The drawn room, if that is what the parameters choose.
-    #[must_use]
     pub fn drawn_room(&self) -> Option<DrawnRoom> {
         let own = self.index(Parameter::Scene) == SceneChoice::Library.to_index() && self.index(Parameter::Slot) == 0;
         self.params().room.get().0.filter(|_| own)
@@ -421,6 +421,13 @@ impl Ctx<'_> {
         if let Some(before) = before {
             self.history.record(before, &UserState::of(&self.instance.params));
         }
+    }
+
+    /// Does at once what can be undone.
+    pub fn undoable(&mut self, change: impl FnOnce(&mut Self)) {
+        let before = UserState::of(self.params());
+        change(self);
+        self.history.record(before, &UserState::of(&self.instance.params));
     }
 
     /// Takes the last change back, if there is one.

@@ -1,13 +1,9 @@
 //! What both ears hear of the direct sound.
 
-use super::ctx::Ctx;
-use super::direction::dial;
-use super::panel::Panel;
 use super::plot::{Plot, along, hertz_text};
 use super::theme::{Palette, faded};
-use super::words::Word;
-use crate::parameter::cast::index;
-use crate::telemetry::{FLOOR_DB, HIGHEST_HZ, MASK_POINTS, frequency_hz, hertz};
+use super::{ctx::Ctx, direction::dial, panel::Panel, words::Word};
+use crate::telemetry::{HIGHEST_HZ, MASK_POINTS, frequency_hz, hertz};
 use egui::{Align2, Color32, Painter, Pos2, Rect, Sense, Shape, Stroke, Ui, UiBuilder, pos2, vec2};
 
 /// Range of the plot, dB.
@@ -59,25 +55,7 @@ fn spectrum(painter: &Painter, rect: Rect, ctx: &Ctx<'_>, pointer: Option<Pos2>)
         }
     }
     let hover = pointer.filter(|at| plot.rect.contains(*at));
-    let reading = hover.map(|at| plot.share(at.x));
-    let ear = |masks: &[f32; MASK_POINTS], name: &str| match reading {
-        Some(along) => format!("{name} {:.1} dB", at_share(masks, along).max(FLOOR_DB)),
-        None => name.to_owned(),
-    };
-    let [left, right] = &ctx.frame.masks_db;
-    let mut texts = vec![(ear(right, "Right"), palette.right), (ear(left, "Left"), palette.left)];
-    if let (Some(at), Some(along)) = (hover, reading) {
-        inside.vline(at.x, plot.rect.y_range(), Stroke::new(1.0, faded(palette.soft, 0.7)));
-        texts.push((hertz_text(hertz(along)), palette.soft));
-    }
-    plot.legend(&inside, texts, palette);
-}
-
-/// The mask at a place along the plot, dB.
-fn at_share(masks: &[f32; MASK_POINTS], along: f32) -> f32 {
-    let place = along.clamp(0.0, 1.0) * (MASK_POINTS - 1) as f32;
-    let low = index(place).min(MASK_POINTS - 2);
-    masks[low] + (place - low as f32) * (masks[low + 1] - masks[low])
+    plot.legend(&inside, hover, &ctx.frame.masks_db, |along| hertz_text(hertz(along)), palette);
 }
 
 /// A mask: faint above what the data cover.
@@ -87,16 +65,4 @@ fn curve(painter: &Painter, masks: &[f32; MASK_POINTS], colour: Color32, top_hz:
     let cut = points.partition_point(|at| at.x <= plot.x(along(top_hz))).clamp(1, points.len());
     painter.add(Shape::line(points[..cut].to_vec(), Stroke::new(2.0, colour)));
     painter.add(Shape::line(points[cut - 1..].to_vec(), Stroke::new(1.5, faded(colour, 0.35))));
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_reading_lies_between_its_points() {
-        let masks = std::array::from_fn(|point| point as f32);
-        assert!((at_share(&masks, 0.5) - 47.5).abs() < 1e-3);
-        assert_eq!((at_share(&masks, -1.0), at_share(&masks, 2.0)), (0.0, 95.0));
-    }
 }

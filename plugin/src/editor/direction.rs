@@ -1,8 +1,8 @@
 //! Level and time between the ears, and where the emitter is from the head.
 
-use super::ctx::Ctx;
 use super::theme::{Palette, faded};
-use super::words::Word;
+use super::{ctx::Ctx, words::Word};
+use crate::project::scene_frame::to_polar;
 use egui::{Align2, Color32, CornerRadius, Painter, Rect, Sense, Shape, Stroke, Ui, Vec2, pos2, vec2};
 use promenade_core::Pose;
 use promenade_core::glam::Vec3;
@@ -13,12 +13,8 @@ const MOST_DB: f32 = 24.0;
 const MOST_US: f32 = 900.0;
 
 /// Azimuth, positive to the left, and elevation of a point from a head, degrees; and its distance, metres.
-#[must_use]
 pub(super) fn seen_from(pose: &Pose, world: Vec3) -> (f32, f32, f32) {
-    let head = pose.to_head(world);
-    let azimuth = head.y.atan2(head.x);
-    let elevation = head.z.atan2(head.truncate().length());
-    (azimuth.to_degrees(), elevation.to_degrees(), head.length())
+    to_polar(pose.to_head(world)).into()
 }
 
 /// A head from above with the emitter round it, and gauges of level and time.

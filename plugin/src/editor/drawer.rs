@@ -1,24 +1,16 @@
 //! The drawer under the view: one panel at a time, by tabs.
 
-use super::ctx::Ctx;
-use super::direct_panel::DirectPanel;
-use super::osc_panel::OscPanel;
-use super::panel::Panel;
-use super::path_panel::PathPanel;
-use super::quality_panel::QualityPanel;
-use super::response_panel::ResponsePanel;
-use super::room_panel::RoomPanel;
-use super::sound_panel::SoundPanel;
-use super::sources_panel::SourcesPanel;
 use super::theme::{CONTROL, SPACE};
-use super::widgets::tabs;
+use super::{
+    ctx::Ctx, direct_panel::DirectPanel, osc_panel::OscPanel, panel::Panel, path_panel::PathPanel, quality_panel::QualityPanel,
+    response_panel::ResponsePanel, room_panel::RoomPanel, sound_panel::SoundPanel, sources_panel::SourcesPanel, widgets::tabs,
+};
 use egui::{Align, Frame, Layout, Margin, Sense, Ui, UiBuilder, vec2};
 
 /// Height of an open drawer, points.
 const HEIGHT: f32 = 208.0;
 
 /// All panels, in the order of their tabs.
-#[must_use]
 pub(super) fn panels() -> Vec<Box<dyn Panel>> {
     vec![
         Box::<SourcesPanel>::default(),

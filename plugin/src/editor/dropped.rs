@@ -4,12 +4,8 @@
 //! that dragged files are offered to ("Drag-and-Drop Protocol for the X Window System", version 5, "XdndProxy"), which is done
 //! here. On other systems nothing can be dropped.
 
-use super::ctx::Ctx;
-use super::path_panel;
-use super::presets::Presets;
-use super::scenes::Scenes;
+use super::{ctx::Ctx, path_panel, presets::Presets, scenes::Scenes};
 use crate::history::presets::EXTENSION;
-use crate::history::user_state::UserState;
 use crate::library::{SCENES, WALKS};
 use std::path::Path;
 
@@ -25,9 +21,8 @@ pub(super) fn take(ctx: &mut Ctx<'_>, scenes: &mut Scenes, presets: &mut Presets
         scene if SCENES.contains(&scene) => return scenes.open_file(ctx, file),
         EXTENSION => return presets.load_file(ctx, file),
         walk if WALKS.contains(&walk) => {
-            let before = UserState::of(ctx.params());
-            path_panel::take(ctx, path_panel::read(file)?.0);
-            ctx.history.record(before, &UserState::of(&ctx.instance.params));
+            let walk = path_panel::read(file)?.0;
+            ctx.undoable(|ctx| path_panel::take(ctx, walk));
             return Ok(());
         }
         "sofa" => exchange.head_wish.ask(&name.to_string()),

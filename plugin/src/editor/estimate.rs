@@ -2,14 +2,13 @@
 
 use super::gesture::Gestures;
 use crate::listener::snapshot::{Snapshot, pose_of};
-use crate::project::params::PromenadeParams;
-use crate::project::walk::Walk;
+use crate::project::{params::PromenadeParams, walk::Walk};
 use crate::telemetry::Frame;
 
 /// Replaces the audio thread's last pose by that of knobs and camera path. Trackers and groups are known to the audio thread
 /// only.
 pub(super) fn estimate(frame: &mut Frame, params: &PromenadeParams, gestures: &Gestures, walk: Option<&Walk>) {
-    let mut sources = <Snapshot>::of(params).sources;
+    let mut sources = <Snapshot>::of(params, None).sources;
     sources.knobs = pose_of(|parameter| gestures.value(parameter).unwrap_or_else(|| params.heard(parameter)));
     frame.pose = sources.pose(walk, None, frame.transport_s);
     (frame.base, frame.tracked, frame.leads) = (sources.base(walk.is_some(), false), false, false);

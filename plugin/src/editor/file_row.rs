@@ -1,13 +1,10 @@
 //! Files that the project takes over: a head, headphones.
 
-use super::chooser::{Chooser, FileKind, Place};
-use super::ctx::Ctx;
-use super::widgets::{asks_for_file, button, heading, note};
-use super::words::Word;
+use super::chooser::{FileField, FileKind};
+use super::widgets::{button, heading, note};
+use super::{ctx::Ctx, words::Word};
 use crate::history::user_state::UserState;
-use crate::project::exchange::Exchange;
-use crate::project::file_wish::FileWish;
-use crate::project::params::PromenadeParams;
+use crate::project::{exchange::Exchange, file_wish::FileWish, params::PromenadeParams};
 use egui::Ui;
 
 /// What a file is of.
@@ -54,10 +51,7 @@ const LONGEST_NAME: usize = 60;
 /// Chooses a file.
 pub(super) struct FileRow {
     of: FileOf,
-    file: String,
-    chooser: Chooser<String>,
-    /// Why nothing was chosen.
-    why_not: Option<String>,
+    file: FileField<String>,
     /// How many answers of the loader the host knows of; `None` until the first picture.
     told: Option<u32>,
     /// The state before the file that is being read.
@@ -66,7 +60,7 @@ pub(super) struct FileRow {
 
 impl FileRow {
     pub(super) fn new(of: FileOf) -> Self {
-        Self { of, file: String::new(), chooser: Chooser::default(), why_not: None, told: None, before: None }
+        Self { of, file: FileField::default(), told: None, before: None }
     }
 
     /// Shows it.
@@ -75,10 +69,9 @@ impl FileRow {
         let used = (self.of.name)(ctx.params(), &ctx.instance.loader.exchange);
         // In the field, because the window has no line to spare.
         let hint = used.as_deref().filter(|name| !name.is_empty()).unwrap_or(self.of.hint);
-        if asks_for_file(ui, ctx.palette, &mut self.file, hint, self.of.choose, !self.chooser.is_busy()) {
-            let place = Place::typed_or(&self.file, Place::Existing);
-            let named = |path: &std::path::Path| Ok(path.display().to_string());
-            self.why_not = self.chooser.ask(ctx, self.of.kind, place, named).err();
+        let field = (hint, self.of.choose, self.of.kind);
+        if let Some(file) = self.file.show(ui, ctx, field, |path| Ok(path.display().to_string())) {
+            self.ask(ctx, &file);
         }
         // The field cuts names, of which those of one data base begin alike.
         if let Some(name) = used.as_deref().filter(|name| !name.is_empty() && self.of.heading == Word::Head) {
@@ -87,22 +80,10 @@ impl FileRow {
         if used.is_some() && button(ui, ctx.palette, self.of.none).clicked() {
             self.ask(ctx, "");
         }
-        match self.chooser.take() {
-            Some(Ok(file)) => {
-                self.ask(ctx, &file);
-                self.file.clear();
-            }
-            Some(Err(why)) => self.why_not = Some(why),
-            None => (),
-        }
-        if let Some(why) = &self.why_not {
-            note(ui, ctx.palette, why);
-        }
         self.tell(ctx);
     }
 
     fn ask(&mut self, ctx: &Ctx<'_>, file: &str) {
-        self.why_not = None;
         self.before = Some(UserState::of(ctx.params()));
         (self.of.wish)(&ctx.instance.loader.exchange).ask(file);
         ctx.refresh();

@@ -17,8 +17,8 @@ pub(super) struct Held {
     pub(super) typing: bool,
     /// Whether the window is to close.
     pub(super) closing: bool,
-    /// Whether the host has hidden it: it draws no more, and hears nothing.
-    pub(super) hidden: bool,
+    /// The X server's number of the window.
+    pub(super) window: Option<u32>,
 }
 
 impl Geometry {

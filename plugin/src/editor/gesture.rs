@@ -45,7 +45,6 @@ impl Default for Gestures {
 
 impl Gestures {
     /// The value that the user has set and the host may not have taken yet.
-    #[must_use]
     pub fn value(&self, parameter: Parameter) -> Option<f32> {
         self.open[parameter.number()].map(|open| open.value)
     }
@@ -110,7 +109,6 @@ impl Gestures {
     }
 
     /// Whether none is going on.
-    #[must_use]
     pub fn are_over(&self) -> bool {
         self.open.iter().all(Option::is_none)
     }

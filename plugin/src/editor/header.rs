@@ -1,15 +1,11 @@
 //! The line at the top.
 
-use super::controls::toggle;
-use super::ctx::Ctx;
-use super::presets::Presets;
 use super::theme::{Palette, faded};
 use super::widgets::{button, tab, value_button};
-use super::words::Word;
+use super::{controls::toggle, ctx::Ctx, presets::Presets, words::Word};
 use crate::history::user_state::UserState;
 use crate::parameter::Parameter;
-use crate::project::preferences::SCALES;
-use crate::project::settings::Theme;
+use crate::project::{preferences::SCALES, settings::Theme};
 use egui::{Align, CornerRadius, Frame, Layout, Margin, Popup, RichText, Sense, Stroke, Ui, vec2};
 
 /// Height, points.

@@ -17,20 +17,17 @@ pub struct Host<'a> {
 }
 
 /// The plain value that the host has when it is set to `plain`.
-#[must_use]
 pub fn landed(params: &PromenadeParams, parameter: Parameter, plain: f32) -> f32 {
     params.of(parameter).plain_at(parameter.normalized(plain))
 }
 
 /// The default of a parameter, as a plain value.
-#[must_use]
 pub fn default_value(params: &PromenadeParams, parameter: Parameter) -> f32 {
     let (least, greatest) = parameter.limits();
     least + params.of(parameter).default_share() * (greatest - least)
 }
 
 /// The name of a choice's variant, or a value with its unit, as hosts show it.
-#[must_use]
 pub fn text(params: &PromenadeParams, parameter: Parameter, plain: f32) -> String {
     params.of(parameter).text(parameter.normalized(plain))
 }

@@ -1,10 +1,6 @@
 //! What the host adds to a parameter's control: its own menu on a right click, and marks of mappings and automation.
 
-use super::ctx::Ctx;
-use super::host::default_value;
-use super::theme::Palette;
-use super::widgets::button;
-use super::words::Word;
+use super::{ctx::Ctx, host::default_value, theme::Palette, widgets::button, words::Word};
 use crate::parameter::Parameter;
 use crate::telemetry::host_side::{Automation, Colour, Mark, MenuItem, MenuRequest};
 use egui::{Color32, Rect, Response, Ui};

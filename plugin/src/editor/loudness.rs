@@ -1,8 +1,6 @@
 //! Loudness below the level meters.
 
-use super::ctx::Ctx;
-use super::theme::Palette;
-use super::words::Word;
+use super::{ctx::Ctx, theme::Palette, words::Word};
 use egui::{Align2, Rect, Sense, Ui, Vec2, WidgetInfo};
 
 /// Height of the line, points.

@@ -15,6 +15,16 @@ pub(super) fn number(window: &WindowContext) -> Option<u32> {
     Some(handle.window.get())
 }
 
+/// Whether a window is on the screen, and so draws pictures.
+#[cfg(target_os = "linux")]
+pub(super) fn is_seen(number: u32) -> bool {
+    use x11rb::protocol::xproto::{ConnectionExt, MapState};
+    let state = || -> Result<MapState, Box<dyn std::error::Error>> {
+        Ok(x11rb::connect(None)?.0.get_window_attributes(number)?.reply()?.map_state)
+    };
+    state().is_ok_and(|state| state == MapState::VIEWABLE)
+}
+
 /// Brings a window that is being made onto the screen.
 #[cfg(target_os = "linux")]
 pub(super) fn map(window: &WindowContext) {
@@ -31,6 +41,16 @@ pub(super) fn map(window: &WindowContext) {
     }
 }
 
-/// Elsewhere pictures do not wait for the window.
+/// Elsewhere pictures do not wait for the window, and its end does not for pictures.
 #[cfg(not(target_os = "linux"))]
 pub(super) fn map(_window: &WindowContext) {}
+
+#[cfg(not(target_os = "linux"))]
+pub(super) fn number(_window: &WindowContext) -> Option<u32> {
+    None
+}
+
+#[cfg(not(target_os = "linux"))]
+pub(super) fn is_seen(_number: u32) -> bool {
+    false
+}

@@ -51,7 +51,6 @@ impl Meter {
     }
 
     /// Seconds until the picture changes by itself; `None` when it rests.
-    #[must_use]
     pub fn rest_s(&self) -> Option<f64> {
         if self.level_db > RANGE_DB.0 || (self.hold_db > self.level_db && self.now_s >= self.held_until_s) {
             Some(0.0)
@@ -64,7 +63,6 @@ impl Meter {
 }
 
 /// Share of a meter's length for a level, 0 to 1.
-#[must_use]
 pub fn share(db: f32) -> f32 {
     ((db - RANGE_DB.0) / (RANGE_DB.1 - RANGE_DB.0)).clamp(0.0, 1.0)
 }
@@ -87,7 +85,6 @@ impl Meters {
     }
 
     /// Seconds until the picture changes by itself.
-    #[must_use]
     pub fn rest_s(&self) -> Option<f64> {
         self.input.iter().chain(&self.output).filter_map(Meter::rest_s).min_by(f64::total_cmp)
     }

@@ -1,22 +1,16 @@
 //! Head tracking and remote control over Open Sound Control, and the listener group.
 
 use super::controls::{list, toggle};
-use super::ctx::Ctx;
-use super::panel::Panel;
 use super::theme::{CONTROL, Palette};
 use super::widgets::{button, columns, drop_down, field, labelled, note, switch, words};
-use super::words::Word;
+use super::{ctx::Ctx, panel::Panel, words::Word};
 use crate::listener::group;
 use crate::osc::{Counts, Listening, OscStatus, Sending};
-use crate::parameter::Parameter;
-use crate::parameter::choices::GroupChoice;
+use crate::parameter::{Parameter, choices::GroupChoice};
 use crate::project::adm_config::METRE_LIMITS;
 use crate::project::osc_config::{Interface, OscConfig};
 use crate::telemetry::members::{self, Member};
-use crate::tracker::Recenter;
-use crate::tracker::axes::AxisMap;
-use crate::tracker::custom::CustomArguments;
-use crate::tracker::format::TrackerFormat;
+use crate::tracker::{Recenter, axes::AxisMap, custom::CustomArguments, format::TrackerFormat};
 use egui::{ComboBox, DragValue, ScrollArea, Ui, Vec2};
 use nice_plug::prelude::Enum;
 use std::time::Duration;

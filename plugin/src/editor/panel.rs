@@ -1,7 +1,6 @@
 //! What a panel of the drawer under the view has to do.
 
-use super::ctx::Ctx;
-use super::words::Word;
+use super::{ctx::Ctx, words::Word};
 use egui::Ui;
 
 /// A panel of the drawer.

@@ -2,13 +2,9 @@
 
 use super::chooser::{Chooser, FileKind, Place};
 use super::controls::{follow_path, toggle};
-use super::ctx::Ctx;
-use super::panel::Panel;
 use super::theme::{CONTROL, SPACE};
-use super::timeline::Timeline;
 use super::widgets::{button, columns, field, labelled, note, outcome, switch, tab};
-use super::words::Word;
-use crate::history::user_state::UserState;
+use super::{ctx::Ctx, panel::Panel, timeline::Timeline, words::Word};
 use crate::parameter::Parameter;
 use crate::project::walk::SavedWalk;
 use egui::{DragValue, ScrollArea, Ui, Vec2};
@@ -281,10 +277,8 @@ impl PathPanel {
         self.outcome = Some(done.map(|done| match done {
             Done::Imported(walk, notes) => {
                 let done = [vec![format!("Imported {} keyframes.", walk.keyframes.len())], notes].concat().join(" ");
-                let before = UserState::of(ctx.params());
-                take(ctx, walk);
+                ctx.undoable(|ctx| take(ctx, walk));
                 ctx.selection.keyframe = None;
-                ctx.history.record(before, &UserState::of(&ctx.instance.params));
                 done
             }
             Done::Exported(done) => done,

@@ -1,8 +1,9 @@
 //! Curves over frequency or time with their axes.
 
 use super::theme::{Palette, faded};
-use crate::telemetry::{HIGHEST_HZ, LOWEST_HZ};
-use egui::{Align2, Color32, CornerRadius, Painter, Rect, Stroke, pos2, vec2};
+use crate::parameter::cast::index;
+use crate::telemetry::{FLOOR_DB, HIGHEST_HZ, LOWEST_HZ};
+use egui::{Align2, CornerRadius, Painter, Pos2, Rect, Stroke, pos2, vec2};
 
 /// Marked frequencies, Hz.
 const MARKS_HZ: [(f32, &str); 8] =
@@ -104,13 +105,29 @@ impl Plot {
         painter.text(at, Align2::RIGHT_BOTTOM, unit, Palette::caption(), palette.soft);
     }
 
-    /// Writes lines of text with their colours into the upper right corner, from right to left.
-    pub(super) fn legend(&self, painter: &Painter, texts: impl IntoIterator<Item = (String, Color32)>, palette: &Palette) {
+    /// Names both ears' curves at the upper right, over the curves; at the pointer with their values there, dB, and its place.
+    pub(super) fn legend(
+        &self,
+        painter: &Painter,
+        pointer: Option<Pos2>,
+        curves: &[impl AsRef<[f32]>; 2],
+        place: impl Fn(f32) -> String,
+        palette: &Palette,
+    ) {
+        let reading = pointer.map(|at| (at.x, self.share(at.x)));
+        let text = |name: &str, ear: usize| match reading {
+            Some((_, along)) => format!("{name} {:.1} dB", at_share(curves[ear].as_ref(), along).max(FLOOR_DB)),
+            None => name.to_owned(),
+        };
+        let mut texts = vec![(text("Right", 1), palette.right), (text("Left", 0), palette.left)];
+        if let Some((x, along)) = reading {
+            painter.vline(x, self.rect.y_range(), Stroke::new(1.0, faded(palette.soft, 0.7)));
+            texts.push((place(along), palette.soft));
+        }
         let mut at = pos2(self.rect.right() - 8.0, self.rect.top() + 4.0);
         for (text, colour) in texts {
             let galley = painter.layout_no_wrap(text, Palette::body(), colour);
             let place = Align2::RIGHT_TOP.anchor_size(at, galley.size());
-            // It can be read over the curves.
             painter.rect_filled(place.expand(3.0), CornerRadius::same(3), faded(palette.ground, 0.8));
             painter.galley(place.min, galley, colour);
             at.x = place.left() - 12.0;
@@ -118,11 +135,23 @@ impl Plot {
     }
 }
 
-/// Time between two marks of an axis, seconds: 1, 2 or 5 times a power of ten, at most six of them.
-pub(super) fn step_s(seconds: f32) -> f32 {
-    let least = (seconds / 6.0).max(1e-3);
+/// A curve at a place along the plot.
+fn at_share(curve: &[f32], along: f32) -> f32 {
+    let place = along.clamp(0.0, 1.0) * (curve.len() - 1) as f32;
+    let low = index(place).min(curve.len() - 2);
+    curve[low] + (place - low as f32) * (curve[low + 1] - curve[low])
+}
+
+/// The least length of 1, 2 or 5 times a power of ten that is no shorter than another, 1e-3 or more.
+pub(super) fn round_step(least: f32) -> f32 {
+    let least = least.max(1e-3);
     let decade = 10.0_f32.powf(least.log10().floor());
     [1.0, 2.0, 5.0, 10.0].into_iter().map(|step| step * decade).find(|step| *step >= least * 0.999).unwrap_or(10.0 * decade)
+}
+
+/// Time between two marks of an axis, seconds; at most six of them.
+pub(super) fn step_s(seconds: f32) -> f32 {
+    round_step(seconds / 6.0)
 }
 
 /// A frequency as it is written.
@@ -142,6 +171,13 @@ mod tests {
             assert!((along(hz) - point as f32 / (MASK_POINTS - 1) as f32).abs() < 1e-4);
             assert!((hertz(along(hz)) / hz - 1.0).abs() < 1e-3);
         }
+    }
+
+    #[test]
+    fn a_reading_lies_between_its_points() {
+        let masks: [f32; MASK_POINTS] = std::array::from_fn(|point| point as f32);
+        assert!((at_share(&masks, 0.5) - 47.5).abs() < 1e-3);
+        assert_eq!((at_share(&masks, -1.0), at_share(&masks, 2.0)), (0.0, 95.0));
     }
 
     #[test]

@@ -8,7 +8,6 @@ use crate::telemetry::Frame;
 use nice_plug::prelude::Enum;
 
 /// What moves the listener.
-#[must_use]
 pub fn description(ctx: &Ctx<'_>) -> String {
     let follow = Follow::from_index(ctx.index(Parameter::Follow));
     described(ctx.frame, follow, GroupChoice::from_index(ctx.index(Parameter::Group)))
@@ -37,7 +36,6 @@ fn described(frame: &Frame, follow: Follow, group: GroupChoice) -> String {
 }
 
 /// Why the position and angle knobs are not in force; `None` where they are.
-#[must_use]
 pub fn reason(ctx: &Ctx<'_>) -> Option<&'static str> {
     match ctx.frame.base {
         Base::Knobs | Base::PathAndKnobs => None,

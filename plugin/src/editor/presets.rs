@@ -1,9 +1,8 @@
 //! Presets in the top line: the chosen one, the ones before and after it, and a menu of all.
 
-use super::ctx::Ctx;
 use super::theme::{CONTROL, Palette, SPACE};
 use super::widgets::{button, field, note, outcome, value_button};
-use super::words::Word;
+use super::{ctx::Ctx, words::Word};
 use crate::history::presets::{self, About, Preset};
 use crate::history::user_state::UserState;
 use crate::library;

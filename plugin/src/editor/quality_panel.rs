@@ -1,12 +1,7 @@
 //! What each quality costs and how far it is off, how often poses are decoded, and the budget of all instances.
 
-use super::budget;
-use super::controls::slider;
-use super::ctx::Ctx;
-use super::panel::Panel;
-use super::tier::figures;
 use super::widgets::{columns, dimmed, fact, note};
-use super::words::Word;
+use super::{budget, controls::slider, ctx::Ctx, panel::Panel, tier::figures, words::Word};
 use crate::parameter::Parameter;
 use egui::{ScrollArea, Ui};
 use promenade_core::Tier;

@@ -1,15 +1,11 @@
 //! The response of what is heard: how it decays and what it leaves of each frequency.
 
-use super::ctx::Ctx;
-use super::panel::Panel;
 use super::plot::{Plot, along, hertz_text};
-use super::theme::{CONTROL, Palette, SPACE, faded};
-use super::widgets::segments;
-use super::words::Word;
+use super::theme::{CONTROL, Palette, SPACE};
+use super::{ctx::Ctx, panel::Panel, widgets::segments, words::Word};
 use crate::answers::response::{DECAY_FLOOR_DB, DECAY_POINTS, Listening, Response};
 use crate::listener::snapshot::Snapshot;
-use crate::parameter::cast::index;
-use crate::telemetry::{FLOOR_DB, MASK_POINTS, frequency_hz, hertz};
+use crate::telemetry::{FLOOR_DB, frequency_hz, hertz};
 use egui::{Align2, Color32, Painter, Pos2, Rect, Sense, Shape, Stroke, Ui, UiBuilder, pos2, vec2};
 use promenade_core::Pose;
 
@@ -63,7 +59,7 @@ impl ResponsePanel {
         let heard = ctx.frame.pose;
         let home = scene.emitter().unwrap_or_default();
         let pose = Pose { position: heard.position + home - ctx.source_at(home, 0), ..heard };
-        let block = <Snapshot>::of(ctx.params()).block;
+        let block = <Snapshot>::of(ctx.params(), None).block;
         let octave = self.band.checked_sub(1);
         ctx.views.response(Listening::new(scene, rate_hz, pose, block, octave))
     }
@@ -104,12 +100,6 @@ fn line(painter: &Painter, points: impl Iterator<Item = Pos2>, colour: Color32) 
     painter.add(Shape::line(points.collect(), Stroke::new(2.0, colour)));
 }
 
-/// Both ears' texts of a legend, with their values where the pointer is.
-fn ears(palette: &Palette, values: Option<[f32; 2]>) -> Vec<(String, Color32)> {
-    let text = |name: &str, ear: usize| values.map_or(name.to_owned(), |values| format!("{name} {:.1} dB", values[ear]));
-    vec![(text("Right", 1), palette.right), (text("Left", 0), palette.left)]
-}
-
 fn decay(ui: &mut Ui, rect: Rect, palette: &Palette, response: Option<&Response>) {
     let plot = Plot::new(ui.painter(), rect, DECAY_DB, palette);
     let inside = ui.painter().with_clip_rect(plot.rect);
@@ -121,15 +111,7 @@ fn decay(ui: &mut Ui, rect: Rect, palette: &Palette, response: Option<&Response>
         let at = |(point, db): (usize, &f32)| pos2(plot.x(point as f32 / (DECAY_POINTS - 1) as f32), plot.y(*db));
         line(&inside, curve.iter().enumerate().take(shown + 1).map(at), colour);
     }
-    let reading = pointer.map(|at| plot.share(at.x));
-    let point = |along: f32| index(along * (DECAY_POINTS - 1) as f32).min(DECAY_POINTS - 1);
-    let values = reading.map(|along| response.decay_db.each_ref().map(|curve| curve[point(along)]));
-    let mut texts = ears(palette, values);
-    if let (Some(at), Some(along)) = (pointer, reading) {
-        inside.vline(at.x, plot.rect.y_range(), Stroke::new(1.0, faded(palette.soft, 0.7)));
-        texts.push((format!("{:.2} s", along * response.seconds), palette.soft));
-    }
-    plot.legend(&inside, texts, palette);
+    plot.legend(&inside, pointer, &response.decay_db, |along| format!("{:.2} s", along * response.seconds), palette);
 }
 
 fn spectrum(ui: &mut Ui, rect: Rect, palette: &Palette, response: Option<&Response>) {
@@ -142,15 +124,7 @@ fn spectrum(ui: &mut Ui, rect: Rect, palette: &Palette, response: Option<&Respon
         let known = curve.iter().enumerate().filter(|(_, db)| **db > FLOOR_DB);
         line(&inside, known.map(|(point, db)| pos2(plot.x(along(frequency_hz(point))), plot.y(*db))), colour);
     }
-    let reading = pointer.map(|at| plot.share(at.x));
-    let point = |along: f32| index(along * (MASK_POINTS - 1) as f32).min(MASK_POINTS - 1);
-    let values = reading.map(|along| response.spectrum_db.each_ref().map(|curve| curve[point(along)]));
-    let mut texts = ears(palette, values);
-    if let (Some(at), Some(along)) = (pointer, reading) {
-        inside.vline(at.x, plot.rect.y_range(), Stroke::new(1.0, faded(palette.soft, 0.7)));
-        texts.push((hertz_text(hertz(along)), palette.soft));
-    }
-    plot.legend(&inside, texts, palette);
+    plot.legend(&inside, pointer, &response.spectrum_db, |along| hertz_text(hertz(along)), palette);
 }
 
 #[cfg(test)]

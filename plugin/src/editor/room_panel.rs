@@ -1,13 +1,9 @@
 //! A room to draw: three lengths, six materials, and how it then reverberates.
 
-use super::ctx::Ctx;
-use super::panel::Panel;
-use super::t20::T20Part;
 use super::theme::{CONTROL, Palette, SPACE};
 use super::widgets::{button, columns, drop_down, fact, field, fits, note, outcome};
-use super::words::Word;
-use crate::library;
-use crate::library::drawn_room::DrawnRoom;
+use super::{ctx::Ctx, panel::Panel, t20::T20Part, words::Word};
+use crate::library::{self, drawn_room::DrawnRoom};
 use egui::{DragValue, Sense, Ui, Vec2};
 use promenade_core::Scene;
 use promenade_fault::with_causes;
@@ -122,7 +118,7 @@ fn lengths(ui: &mut Ui, ctx: &Ctx<'_>, room: &DrawnRoom) {
             }
         });
     }
-    fact(ui, ctx.palette, Word::Volume, &format!("{:.1} m³", room.volume_m3()));
+    fact(ui, ctx.palette, Word::Volume, &format!("{:.1} m³", room.size.iter().product::<f32>()));
     if !room.holds(ctx.frame.pose.position) {
         ui.colored_label(ctx.palette.warn, "The listener is outside");
     }

@@ -1,22 +1,17 @@
 //! The panel on the right: pose, sources, quality, output.
 
 use super::controls::{follow_path, list, number, slider};
-use super::ctx::Ctx;
-use super::direction::seen_from;
-use super::meter::Meters;
 use super::path_panel::{read, take};
-use super::source_path::SourcePath;
 use super::theme::{CONTROL, Palette, SPACE};
-use super::view::reset;
-use super::widgets::{button, drop_down, heading, labelled, note, title};
-use super::words::Word;
+use super::widgets::{button, drop_down, heading, labelled, note, segments, title};
+use super::{ctx::Ctx, direction::seen_from, meter::Meters, source_path::SourcePath, view::reset, words::Word};
 use super::{loudness, pose_source, tier};
-use crate::parameter::Parameter;
-use crate::parameter::row::SlotKind;
+use crate::parameter::choices::{Choice, Variants};
 use crate::parameter::source_knob::{Part, SourceKnob};
+use crate::parameter::{Parameter, row::SlotKind};
+use crate::project::scene_frame::from_polar;
 use egui::{Align, Align2, DragValue, Frame, Layout, Margin, Rect, ScrollArea, Sense, Ui, UiBuilder, Vec2};
 use promenade_core::Pose;
-use promenade_core::glam::Vec3;
 use std::path::PathBuf;
 
 /// Width, points.
@@ -85,8 +80,13 @@ fn source(ui: &mut Ui, ctx: &mut Ctx<'_>, path: &mut SourcePath) {
             ctx.selection.source = source;
         }
     }
-    triple(ui, ctx, Parameter::place_of(chosen));
-    direction(ui, ctx, chosen);
+    place_by(ui, ctx);
+    if ctx.is_polar() {
+        triple(ui, ctx, Parameter::polar_of(chosen));
+    } else {
+        triple(ui, ctx, Parameter::place_of(chosen));
+        direction(ui, ctx, chosen);
+    }
     if let Some(further) = chosen.checked_sub(1) {
         slider(ui, ctx, Parameter::Source(SourceKnob { further, part: Part::Level }));
     }
@@ -117,15 +117,8 @@ fn direction(ui: &mut Ui, ctx: &mut Ctx<'_>, source: usize) {
         });
     });
     if let (Some(home), Some(holds)) = (home, moved) {
-        let [azimuth, elevation, distance] = values;
-        ctx.put_source(home, source, pose.position + pose.orientation * ahead(azimuth, elevation, distance), holds);
+        ctx.put_source(home, source, pose.position + pose.orientation * from_polar(values), holds);
     }
-}
-
-/// A place in the axes of a head, metres, from where it is seen, degrees and metres.
-fn ahead(azimuth: f32, elevation: f32, distance: f32) -> Vec3 {
-    let ((sin_a, cos_a), (sin_e, cos_e)) = (azimuth.to_radians().sin_cos(), elevation.to_radians().sin_cos());
-    distance * Vec3::new(cos_e * cos_a, cos_e * sin_a, sin_e)
 }
 
 fn movement(ui: &mut Ui, ctx: &mut Ctx<'_>) {
@@ -159,6 +152,15 @@ fn paths(ui: &mut Ui, ctx: &mut Ctx<'_>) {
                 },
             }
         }
+    }
+}
+
+/// Which parameters say where sources are; all sources stay where they are when others do.
+fn place_by(ui: &mut Ui, ctx: &mut Ctx<'_>) {
+    let Variants { names, help, .. } = Choice::Place.variants();
+    let tooltip = |index: usize| Ok(help[index].to_owned());
+    if let Some(choice) = segments(ui, ctx.palette, names, ctx.index(Parameter::Place), tooltip) {
+        ctx.place_by(choice);
     }
 }
 
@@ -214,7 +216,7 @@ mod tests {
     #[test]
     fn a_direction_that_is_typed_is_where_the_source_is_seen() {
         let pose = Pose::from_ypr([1.0, -2.5, 0.25].into(), 0.5, -0.25, 0.1);
-        let place = pose.position + pose.orientation * ahead(-40.0, 20.0, 2.5);
+        let place = pose.position + pose.orientation * from_polar([-40.0, 20.0, 2.5]);
         let (azimuth, elevation, distance) = seen_from(&pose, place);
         assert!((azimuth + 40.0).abs() < 1e-3 && (elevation - 20.0).abs() < 1e-3 && (distance - 2.5).abs() < 1e-5);
     }

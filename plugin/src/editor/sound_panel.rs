@@ -1,13 +1,9 @@
 //! Levels of the parts of the sound, the room's decay and width, distance and bass.
 
 use super::controls::{slider, toggle};
-use super::ctx::Ctx;
 use super::file_row::{FileRow, HEAD, HEADPHONES};
-use super::host::default_value;
-use super::panel::Panel;
-use super::theme::SPACE;
 use super::widgets::{button, columns, dimmed, note};
-use super::words::Word;
+use super::{ctx::Ctx, host::default_value, panel::Panel, theme::SPACE, words::Word};
 use crate::parameter::Parameter;
 use crate::playing::output::Output;
 use egui::Ui;

@@ -1,13 +1,8 @@
 //! All sources of an instance: name, colour, mute, solo, level, meter and where each is heard from.
 
-use super::controls::number;
-use super::ctx::Ctx;
-use super::direction::seen_from;
-use super::meter::share;
-use super::panel::Panel;
 use super::theme::{CONTROL, Palette, SPACE};
 use super::widgets::{button, note, tab};
-use super::words::Word;
+use super::{controls::number, ctx::Ctx, direction::seen_from, meter::share, panel::Panel, words::Word};
 use crate::parameter::Parameter;
 use crate::parameter::source_knob::{MOST_INPUTS, Part, SourceKnob};
 use crate::project::sources::LONGEST_NAME;
@@ -175,7 +170,7 @@ impl SourcesPanel {
 /// The colours to choose from.
 fn colours(ui: &mut Ui, ctx: &Ctx<'_>, source: usize) {
     ui.horizontal(|ui| {
-        for (index, [r, g, b]) in super::theme::SOURCE_COLOURS.into_iter().enumerate() {
+        for (index, [_, r, g, b]) in super::theme::SOURCE_COLOURS.map(u32::to_be_bytes).into_iter().enumerate() {
             let (rect, response) = ui.allocate_exact_size(Vec2::splat(18.0), Sense::click());
             ui.painter().circle_filled(rect.center(), 7.0, Color32::from_rgb(r, g, b));
             response.widget_info(|| WidgetInfo::labeled(egui::Role::Button, true, format!("Colour {}", index + 1)));

@@ -1,10 +1,9 @@
 //! Reverberation times of a drawn room: typed by octave or read of one measured response, and walls that follow.
 
-use super::chooser::{Chooser, FileKind, Place};
-use super::ctx::Ctx;
+use super::chooser::{FileField, FileKind};
 use super::theme::{CONTROL, Palette, SPACE};
 use super::widgets::{button, note};
-use super::words::Word;
+use super::{ctx::Ctx, words::Word};
 use crate::answers::reverberation::Wanted;
 use crate::library::drawn_room::DrawnRoom;
 use crate::parameter::cast::narrow;
@@ -27,9 +26,7 @@ const SAME: f32 = 1e-3;
 /// The times and what was last said of them.
 #[derive(Default)]
 pub(super) struct T20Part {
-    file: String,
-    chooser: Chooser<Some7>,
-    why_not: Option<String>,
+    file: FileField<Some7>,
 }
 
 impl T20Part {
@@ -55,7 +52,6 @@ impl T20Part {
                 {
                     ctx.draw(DrawnRoom { t20_s: [None; 7], factors: [1.0; 7], ..room.clone() });
                     ctx.touch();
-                    self.why_not = None;
                 }
             });
         }
@@ -65,30 +61,10 @@ impl T20Part {
 
     /// A response from a file.
     fn open(&mut self, ui: &mut Ui, ctx: &Ctx<'_>, room: &DrawnRoom) {
-        ui.horizontal(|ui| {
-            ui.spacing_mut().item_spacing.x = SPACE;
-            let place = Vec2::new((ui.available_width() - 88.0).max(24.0), CONTROL);
-            let typed = ui.add_sized(place, egui::TextEdit::singleline(&mut self.file).hint_text("WAV or SOFA"));
-            let entered = typed.lost_focus() && ui.input(|i| i.key_pressed(egui::Key::Enter));
-            let free = !self.chooser.is_busy();
-            let clicked = ui.add_enabled_ui(free, |ui| button(ui, ctx.palette, Word::OpenResponse)).inner.clicked();
-            if free && (clicked || (entered && !self.file.trim().is_empty())) {
-                let place = Place::typed_or(&self.file, Place::Existing);
-                self.why_not = self.chooser.ask(ctx, KIND, place, measured).err();
-            }
-        });
-        match self.chooser.take() {
-            Some(Ok(times)) => {
-                self.why_not = None;
-                let within = |t: f64| narrow(t.clamp(T20_S.0, T20_S.1));
-                ctx.draw(DrawnRoom { t20_s: times.map(|t| t.map(within)), ..room.clone() });
-                ctx.touch();
-            }
-            Some(Err(why)) => self.why_not = Some(why),
-            None => (),
-        }
-        if let Some(why) = &self.why_not {
-            note(ui, ctx.palette, why);
+        if let Some(times) = self.file.show(ui, ctx, ("WAV or SOFA", Word::OpenResponse, KIND), measured) {
+            let within = |t: f64| narrow(t.clamp(T20_S.0, T20_S.1));
+            ctx.draw(DrawnRoom { t20_s: times.map(|t| t.map(within)), ..room.clone() });
+            ctx.touch();
         }
     }
 

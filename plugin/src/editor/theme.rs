@@ -18,95 +18,66 @@ pub const ROUND: u8 = 5;
 const REGULAR: &str = "Inter";
 const SEMI_BOLD: &str = "Inter SemiBold";
 
-/// Colours by their use. Text keeps a contrast of at least 4.5:1 on every ground.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Palette {
-    /// The theme that they belong to.
-    pub theme: Theme,
-    /// Behind the view and the plots.
-    pub ground: Color32,
-    /// Behind panels.
-    pub panel: Color32,
-    /// Behind controls.
-    pub control: Color32,
-    /// Behind controls under the pointer.
-    pub raised: Color32,
-    /// Between panels, and around controls.
-    pub line: Color32,
-    /// Fine lines behind the view and the plots.
-    pub hairline: Color32,
-    /// Text.
-    pub text: Color32,
-    /// Text of less weight.
-    pub soft: Color32,
-    /// The listener, and what is switched on.
-    pub accent: Color32,
-    /// Text on the accent.
-    pub on_accent: Color32,
-    /// The left ear; apart from the right one in every kind of colour vision.
-    pub left: Color32,
-    /// The right ear.
-    pub right: Color32,
-    /// The emitter.
-    pub emitter: Color32,
-    /// The camera path.
-    pub path: Color32,
-    /// Remarks.
-    pub warn: Color32,
-    /// Errors.
-    pub error: Color32,
-}
-
 const fn rgb(hex: u32) -> Color32 {
     let [_, r, g, b] = hex.to_be_bytes();
     Color32::from_rgb(r, g, b)
 }
 
-/// The dark theme.
-pub const DARK: Palette = Palette {
-    theme: Theme::Dark,
-    ground: rgb(0x14171B),
-    panel: rgb(0x1B1F25),
-    control: rgb(0x272C34),
-    raised: rgb(0x303641),
-    line: rgb(0x333943),
-    hairline: rgb(0x242930),
-    text: rgb(0xE7EAEE),
-    soft: rgb(0xA7B0BC),
-    accent: rgb(0x5FD3B4),
-    on_accent: rgb(0x0C1F1A),
-    left: rgb(0x6CB6FF),
-    right: rgb(0xF2A65A),
-    emitter: rgb(0xF58FB4),
-    path: rgb(0xB7A8FF),
-    warn: rgb(0xF0C05A),
-    error: rgb(0xFF8A80),
-};
+/// Declares the colours by their use, each in the dark and in the light theme.
+macro_rules! palettes {
+    ($($(#[$of:meta])* $colour:ident: $dark:literal, $light:literal;)*) => {
+        /// Colours by their use. Text keeps a contrast of at least 4.5:1 on every ground.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+        pub struct Palette {
+            /// The theme that they belong to.
+            pub theme: Theme,
+            $($(#[$of])* pub $colour: Color32,)*
+        }
 
-/// The light theme.
-pub const LIGHT: Palette = Palette {
-    theme: Theme::Light,
-    ground: rgb(0xFFFFFF),
-    panel: rgb(0xF5F6F8),
-    control: rgb(0xE6E9EE),
-    raised: rgb(0xDBE0E6),
-    line: rgb(0xCFD5DC),
-    hairline: rgb(0xE9ECF0),
-    text: rgb(0x171B21),
-    soft: rgb(0x4C5664),
-    accent: rgb(0x0A6B57),
-    on_accent: rgb(0xFFFFFF),
-    left: rgb(0x0B5CAD),
-    right: rgb(0x9A4A00),
-    emitter: rgb(0xB01E5A),
-    path: rgb(0x5B45B8),
-    warn: rgb(0x7A5200),
-    error: rgb(0xB3261E),
-};
+        /// The dark theme.
+        pub const DARK: Palette = Palette { theme: Theme::Dark, $($colour: rgb($dark)),* };
+        /// The light theme.
+        pub const LIGHT: Palette = Palette { theme: Theme::Light, $($colour: rgb($light)),* };
+    };
+}
+
+palettes! {
+    /// Behind the view and the plots.
+    ground: 0x14171B, 0xFFFFFF;
+    /// Behind panels.
+    panel: 0x1B1F25, 0xF5F6F8;
+    /// Behind controls.
+    control: 0x272C34, 0xE6E9EE;
+    /// Behind controls under the pointer.
+    raised: 0x303641, 0xDBE0E6;
+    /// Between panels, and around controls.
+    line: 0x333943, 0xCFD5DC;
+    /// Fine lines behind the view and the plots.
+    hairline: 0x242930, 0xE9ECF0;
+    /// Text.
+    text: 0xE7EAEE, 0x171B21;
+    /// Text of less weight.
+    soft: 0xA7B0BC, 0x4C5664;
+    /// The listener, and what is switched on.
+    accent: 0x5FD3B4, 0x0A6B57;
+    /// Text on the accent.
+    on_accent: 0x0C1F1A, 0xFFFFFF;
+    /// The left ear; apart from the right one in every kind of colour vision.
+    left: 0x6CB6FF, 0x0B5CAD;
+    /// The right ear.
+    right: 0xF2A65A, 0x9A4A00;
+    /// The emitter.
+    emitter: 0xF58FB4, 0xB01E5A;
+    /// The camera path.
+    path: 0xB7A8FF, 0x5B45B8;
+    /// Remarks.
+    warn: 0xF0C05A, 0x7A5200;
+    /// Errors.
+    error: 0xFF8A80, 0xB3261E;
+}
 
 impl Palette {
     /// The colours of a theme.
-    #[must_use]
     pub fn of(theme: Theme) -> &'static Self {
         match theme {
             Theme::Dark => &DARK,
@@ -115,38 +86,25 @@ impl Palette {
     }
 
     /// Text on the accent or on the panel, in the size of a caption.
-    #[must_use]
     pub fn caption() -> FontId {
         FontId::new(11.0, FontFamily::Proportional)
     }
 
     /// Body text.
-    #[must_use]
     pub fn body() -> FontId {
         FontId::new(12.5, FontFamily::Proportional)
     }
 
     /// Titles of sections.
-    #[must_use]
     pub fn heading() -> FontId {
         FontId::new(12.5, FontFamily::Name(SEMI_BOLD.into()))
     }
 }
 
 /// Colours that a source may be given, each seen on either theme.
-pub const SOURCE_COLOURS: [[u8; 3]; 8] = [
-    [0xE5, 0x48, 0x5D],
-    [0xC9, 0x6A, 0x28],
-    [0xA8, 0x80, 0x14],
-    [0x4F, 0x9D, 0x4A],
-    [0x1E, 0x9A, 0x9A],
-    [0x3F, 0x83, 0xE0],
-    [0x8A, 0x6B, 0xE0],
-    [0xC2, 0x5B, 0xB4],
-];
+pub const SOURCE_COLOURS: [u32; 8] = [0xE5485D, 0xC96A28, 0xA88014, 0x4F9D4A, 0x1E9A9A, 0x3F83E0, 0x8A6BE0, 0xC25BB4];
 
 /// A colour with a share of its opacity.
-#[must_use]
 pub fn faded(colour: Color32, share: f32) -> Color32 {
     colour.gamma_multiply(share)
 }
@@ -278,7 +236,7 @@ mod tests {
             }
             assert!(contrast(p.on_accent, p.accent) >= 4.5);
             // Graphics need less than text.
-            for [r, g, b] in SOURCE_COLOURS {
+            for [_, r, g, b] in SOURCE_COLOURS.map(u32::to_be_bytes) {
                 for ground in [p.ground, p.panel] {
                     assert!(contrast(Color32::from_rgb(r, g, b), ground) >= 3.0, "{r:x}{g:x}{b:x} of {:?}", p.theme);
                 }

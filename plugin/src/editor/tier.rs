@@ -1,10 +1,7 @@
 //! The tier: what is asked for, what is played, what it costs.
 
-use super::controls::choice;
-use super::ctx::Ctx;
-use super::theme::Palette;
 use super::widgets::{heading, note};
-use super::words::Word;
+use super::{controls::choice, ctx::Ctx, theme::Palette, words::Word};
 use crate::parameter::Parameter;
 use crate::parameter::choices::{LatencyChoice, TierChoice};
 use egui::{Align2, RichText, Sense, Ui, Vec2};

@@ -1,10 +1,7 @@
 //! The camera path over time: the sound that was heard, keyframes to be moved in time, and where the transport is.
 
-use super::ctx::Ctx;
-use super::meter::share;
-use super::plot::step_s;
 use super::theme::{Palette, faded};
-use super::words::Word;
+use super::{ctx::Ctx, meter::share, plot::step_s, words::Word};
 use crate::telemetry::decibels;
 use egui::{Align2, CornerRadius, CursorIcon, Pos2, Rect, Sense, Shape, Stroke, Ui, pos2, vec2};
 

@@ -12,15 +12,12 @@ mod room;
 mod scene;
 mod sources;
 
-use super::ctx::Ctx;
-use super::pose_source;
 use super::theme::{Palette, SPACE, faded};
 use super::widgets::{button, words};
-use super::words::Word;
+use super::{ctx::Ctx, pose_source, words::Word};
 use crate::library::drawn_room::DrawnRoom;
 use crate::listener::snapshot::pose_of;
-use crate::parameter::Parameter;
-use crate::parameter::choices::Follow;
+use crate::parameter::{Parameter, choices::Follow};
 use crate::project::settings;
 use crate::telemetry::attention::AttentionWeights;
 use camera::{Camera, Orbit, Plan};
@@ -200,8 +197,10 @@ impl View {
         }
         if let Some(drag) = self.drag.filter(|_| response.dragged_by(PointerButton::Primary)) {
             if let Some(to) = response.interact_pointer_pos() {
-                for (parameter, value) in drag.values(self.camera(ctx), rect, to, modifiers) {
-                    ctx.hold(parameter, value);
+                let values = drag.values(self.camera(ctx), rect, to, modifiers);
+                match drag.source().filter(|_| ctx.is_polar()) {
+                    Some(source) => ctx.set_offset(source, drag.moved(&values), true, true),
+                    None => values.into_iter().for_each(|(parameter, value)| ctx.hold(parameter, value)),
                 }
             }
             ui.ctx().set_cursor_icon(CursorIcon::Grabbing);
@@ -319,7 +318,10 @@ fn begin_drag(ctx: &Ctx<'_>, scenery: &Scenery, handle: Handle, from: egui::Pos2
     };
     let mut drag =
         Drag { handle, from, world, start: [0.0; 3], yaw_deg: ctx.value(Parameter::Yaw), heard_yaw: scenery.held().ypr().0 };
-    drag.start = drag.parameters().map(|parameter| ctx.value(parameter));
+    drag.start = match drag.source() {
+        Some(source) => ctx.offset(source).to_array(),
+        None => drag.parameters().map(|parameter| ctx.value(parameter)),
+    };
     drag
 }
 

@@ -6,8 +6,7 @@ use crate::answers::room_map::{Mapped, RoomMap};
 use crate::answers::settled::{Question, Settled};
 use crate::answers::tier_figures::{Figures, Judged};
 use crate::telemetry::loudness::{Loudness, LoudnessMeter, SoundQueue};
-use crate::worker::repaint::Repaint;
-use crate::worker::{JUDGE, MAPPER, METER, RESPONDER, TaskHandle, Worker};
+use crate::worker::{JUDGE, MAPPER, METER, RESPONDER, TaskHandle, Worker, repaint::Repaint};
 use nice_plug::nice_error;
 use promenade_core::Scene;
 use promenade_room::Matched;
@@ -53,7 +52,6 @@ pub struct Views {
 
 impl Views {
     /// Nothing is asked yet; loudness of what comes through the queue is measured from now on.
-    #[must_use]
     pub(super) fn new(repaint: &Repaint, sound: &Arc<SoundQueue>, sample_rate_hz: f64) -> Self {
         let meter = LoudnessMeter::new(Arc::clone(sound), sample_rate_hz);
         let task = METER.add(meter.clone()).inspect_err(|error| nice_error!("no thread to measure loudness: {error}"));

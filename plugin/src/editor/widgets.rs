@@ -2,10 +2,7 @@
 
 use super::theme::{CONTROL, Palette, ROUND, SPACE, faded};
 use super::words::Word;
-use egui::{
-    Align2, Color32, ComboBox, CornerRadius, Key, Rect, Response, Role, Sense, Stroke, StrokeKind, TextEdit, Ui, Vec2,
-    WidgetInfo,
-};
+use egui::{Align2, Color32, ComboBox, CornerRadius, Rect, Response, Role, Sense, Stroke, StrokeKind, Ui, Vec2, WidgetInfo};
 
 /// A line around a control that has the keyboard.
 pub fn focus_ring(ui: &Ui, palette: &Palette, response: &Response, rect: Rect, radius: u8) {
@@ -102,21 +99,10 @@ pub fn fact(ui: &mut Ui, palette: &Palette, word: Word, value: &str) {
 /// Space on both sides of a button's text, points.
 const PADDING: f32 = 10.0;
 
-/// Room for the button beside a file's field, points.
-const CHOOSE: f32 = 72.0;
-
-/// A field for a file, with a button beside it. Whether one is asked for, by its name or by the button; while one is being
-/// chosen, `free` is false.
-pub(super) fn asks_for_file(ui: &mut Ui, palette: &Palette, file: &mut String, hint: &str, choose: Word, free: bool) -> bool {
-    ui.horizontal(|ui| {
-        ui.spacing_mut().item_spacing.x = SPACE;
-        let place = Vec2::new(ui.available_width() - CHOOSE, CONTROL);
-        let typed = ui.add_sized(place, TextEdit::singleline(file).hint_text(hint));
-        let entered = typed.lost_focus() && ui.input(|i| i.key_pressed(Key::Enter));
-        let clicked = ui.add_enabled_ui(free, |ui| button(ui, palette, choose)).inner.clicked();
-        free && (clicked || (entered && !file.trim().is_empty()))
-    })
-    .inner
+/// How wide a button of a word is, points.
+pub fn button_width(ui: &Ui, word: Word) -> f32 {
+    let text = ui.painter().layout_no_wrap(word.label().to_owned(), Palette::body(), Color32::WHITE);
+    text.size().x + 2.0 * PADDING
 }
 
 /// A button, as wide as its word.

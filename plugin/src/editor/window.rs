@@ -1,8 +1,6 @@
 //! The editor's window as the framework opens, sizes and closes it.
 
-use super::app::App;
-use super::ctx::Instance;
-use super::geometry::Geometry;
+use super::{app::App, ctx::Instance, geometry::Geometry, mapping};
 use crate::project::preferences::Preferences;
 use crate::project::settings::{EditorSettings, LEAST_SIZE};
 use crate::telemetry::host_side::Track;
@@ -21,10 +19,8 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
 use std::time::Duration;
 use thiserror::Error;
 
-/// A window that is shown closes within this time when it is asked to.
-const QUICK_END: Duration = Duration::from_millis(800);
 /// A window's thread is not waited for longer.
-const LONGEST_END: Duration = Duration::from_secs(5);
+const LONGEST_END: Duration = Duration::from_secs(10);
 
 /// Opens an instance's editor as often as the host likes. What an open one needs goes with its window.
 pub struct PromenadeEditor {
@@ -34,7 +30,6 @@ pub struct PromenadeEditor {
 
 impl PromenadeEditor {
     /// The editor of an instance; nothing is opened yet.
-    #[must_use]
     pub fn new(instance: Instance) -> Self {
         Self { instance, geometry: Arc::default() }
     }
@@ -189,10 +184,13 @@ impl Drop for Opened {
     fn drop(&mut self) {
         self.geometry.held().closing = true;
         self.notifier.request_repaint();
-        let draws = self.window.is_some() && !self.geometry.held().hidden;
-        let ended = draws && self.ended.recv_timeout(QUICK_END) == Err(RecvTimeoutError::Disconnected);
+        // Elsewhere a window has no thread of its own.
+        let ends_late = || cfg!(target_os = "linux") && self.ended.recv_timeout(LONGEST_END) == Err(RecvTimeoutError::Timeout);
+        // What is seen ends by itself with its next picture, however late; what is not seen draws none.
+        let window = self.geometry.held().window;
+        let _ended = window.is_some_and(mapping::is_seen) && ends_late();
         drop(self.window.take());
-        if !ended && self.ended.recv_timeout(LONGEST_END) == Err(RecvTimeoutError::Timeout) {
+        if ends_late() {
             nice_warn!("the editor's window takes long to close");
         }
     }
@@ -267,14 +265,12 @@ impl EditorHandle for PromenadeHandle {
 
     fn show(&self, window: &Self::Window) -> Result<(), Self::Error> {
         window.open()?;
-        self.geometry.held().hidden = false;
         let shown = window.with(|_| (), |handle, window| handle.show(window));
         self.shown.store(true, Ordering::Release);
         shown
     }
 
     fn hide(&self, window: &Self::Window) -> Result<(), Self::Error> {
-        self.geometry.held().hidden = true;
         window.with(|_| (), |handle, window| handle.hide(window))
     }
 

@@ -1,7 +1,6 @@
 //! The editor's words and what each of them means. Widgets take a [`Word`], so that there is none without its tooltip.
 
-use crate::parameter::Parameter;
-use crate::parameter::table::table;
+use crate::parameter::{Parameter, table::table};
 
 table! {
     /// A word on a control, a line or a section, with its tooltip.
@@ -176,26 +175,19 @@ table! {
         /// Room.
         Octave8k = ("8 kHz", "Time in which the late treble falls by 60 dB; air takes most of it in a large room"),
         /// Room.
-        T20At125 = ("T 125", "T20 around 125 Hz, seconds: type what was measured, and the walls absorb more or less for it. \
-            In brackets: what is heard; 0 leaves it to the materials"),
+        T20At125 = ("T 125", "T20 at 125 Hz as measured, seconds; walls follow it. In brackets: as heard; 0: as the materials"),
         /// Room.
-        T20At250 = ("T 250", "T20 around 250 Hz, seconds: type what was measured, and the walls absorb more or less for it. \
-            In brackets: what is heard; 0 leaves it to the materials"),
+        T20At250 = ("T 250", "T20 at 250 Hz as measured, seconds; walls follow it. In brackets: as heard; 0: as the materials"),
         /// Room.
-        T20At500 = ("T 500", "T20 around 500 Hz, seconds: type what was measured, and the walls absorb more or less for it. \
-            In brackets: what is heard; 0 leaves it to the materials"),
+        T20At500 = ("T 500", "T20 at 500 Hz as measured, seconds; walls follow it. In brackets: as heard; 0: as the materials"),
         /// Room.
-        T20At1k = ("T 1k", "T20 around 1 kHz, seconds: type what was measured, and the walls absorb more or less for it. \
-            In brackets: what is heard; 0 leaves it to the materials"),
+        T20At1k = ("T 1k", "T20 at 1 kHz as measured, seconds; walls follow it. In brackets: as heard; 0: as the materials"),
         /// Room.
-        T20At2k = ("T 2k", "T20 around 2 kHz, seconds: type what was measured, and the walls absorb more or less for it. \
-            In brackets: what is heard; 0 leaves it to the materials"),
+        T20At2k = ("T 2k", "T20 at 2 kHz as measured, seconds; walls follow it. In brackets: as heard; 0: as the materials"),
         /// Room.
-        T20At4k = ("T 4k", "T20 around 4 kHz, seconds: type what was measured, and the walls absorb more or less for it. \
-            In brackets: what is heard; 0 leaves it to the materials"),
+        T20At4k = ("T 4k", "T20 at 4 kHz as measured, seconds; walls follow it. In brackets: as heard; 0: as the materials"),
         /// Room.
-        T20At8k = ("T 8k", "T20 around 8 kHz, seconds: type what was measured, and the walls absorb more or less for it. \
-            In brackets: what is heard; 0 leaves it to the materials"),
+        T20At8k = ("T 8k", "T20 at 8 kHz as measured, seconds; walls follow it. In brackets: as heard; 0: as the materials"),
         /// Room.
         OpenResponse = ("Response", "Takes the times of one measured response, WAV or SOFA: the file that is named beside, or \
             one to choose"),
@@ -326,13 +318,11 @@ fn of(parameter: Parameter) -> (&'static str, &'static str) {
 
 impl Word {
     /// As it is written.
-    #[must_use]
     pub fn label(self) -> &'static str {
         self.row().0
     }
 
     /// What it means.
-    #[must_use]
     pub fn help(self) -> &'static str {
         self.row().1
     }

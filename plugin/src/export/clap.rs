@@ -7,24 +7,25 @@
 //! Hosts get a plugin of ours, [`Hosted`], whose functions are the framework's but for those that are changed here. The
 //! framework finds its part by `plugin_data`, which is the same in both.
 
+#![expect(unsafe_code, reason = "hosts and the framework hand over pointers, and are asked through tables of functions")]
+
 mod ambisonic;
 mod context_menu;
+mod delays;
 mod further_ports;
-mod latency;
 mod param_indication;
 mod params;
 mod preset_discovery;
 mod preset_load;
 mod state;
-mod tail;
 mod values;
 
-use crate::export::guard::guard;
-use crate::export::kind::COUNT;
-use crate::export::{Promenade, PromenadeMany, PromenadeMany64};
+use crate::export::{Promenade, PromenadeMany, PromenadeMany64, guard::guard, kind::COUNT};
 use crate::parameter::Parameter;
 use crate::project::host_values::host_id;
-use crate::telemetry::host_side::{HostCalls, HostSide};
+use crate::telemetry::host_side::HostSide;
+use clap_sys::ext::latency::CLAP_EXT_LATENCY;
+use clap_sys::ext::tail::CLAP_EXT_TAIL;
 use clap_sys::process::clap_process;
 use nice_plug::prelude::ClapPlugin;
 use nice_plug::wrapper::clap::{
@@ -40,7 +41,6 @@ const EDITOR: &CStr = c"clap.gui";
 
 #[unsafe(no_mangle)]
 #[used]
-#[expect(unsafe_code, reason = "hosts find the entry by its name")]
 static clap_entry: clap_plugin_entry =
     clap_plugin_entry { clap_version: CLAP_VERSION, init: Some(init), deinit: Some(deinit), get_factory: Some(get_factory) };
 
@@ -116,7 +116,6 @@ extern "C" fn init(_path: *const c_char) -> bool {
 
 extern "C" fn deinit() {}
 
-#[expect(unsafe_code, reason = "a host's text is a pointer")]
 extern "C" fn get_factory(id: *const c_char) -> *const c_void {
     // SAFETY: hosts name factories by text that ends with a zero.
     let Some(id) = (!id.is_null()).then(|| unsafe { CStr::from_ptr(id) }) else { return std::ptr::null() };
@@ -126,18 +125,15 @@ extern "C" fn get_factory(id: *const c_char) -> *const c_void {
     preset_discovery::factory(id).unwrap_or_default()
 }
 
-#[expect(unsafe_code, reason = "the signature is CLAP's")]
 unsafe extern "C" fn plugin_count(_factory: *const clap_plugin_factory) -> u32 {
     u32::try_from(COUNT).unwrap_or(0)
 }
 
-#[expect(unsafe_code, reason = "the signature is CLAP's")]
 unsafe extern "C" fn plugin_descriptor(_factory: *const clap_plugin_factory, index: u32) -> *const clap_plugin_descriptor {
     let found = usize::try_from(index).ok().and_then(|index| DESCRIPTORS.get(index));
     found.map_or(std::ptr::null(), |found| std::ptr::from_ref(found.clap_plugin_descriptor()))
 }
 
-#[expect(unsafe_code, reason = "hosts hand over pointers, and the framework's table of functions is changed")]
 unsafe extern "C" fn create_plugin(
     _factory: *const clap_plugin_factory,
     host: *const clap_host,
@@ -171,7 +167,6 @@ const fn makers<P: ClapPlugin>() -> Makers {
 }
 
 /// A plugin of the framework, for a host that is there.
-#[expect(unsafe_code, reason = "the framework's table of functions is read")]
 fn made<P: ClapPlugin>(host: *const clap_host) -> clap_plugin {
     // SAFETY: the host is alive. `unmade` takes this reference back.
     let wrapper = Arc::into_raw(unsafe { Wrapper::<P>::new(host) });
@@ -183,29 +178,23 @@ fn made<P: ClapPlugin>(host: *const clap_host) -> clap_plugin {
 ///
 /// # Safety
 /// The plugin is of this type, and nobody uses it any more.
-#[expect(unsafe_code, reason = "the framework's plugin is a pointer")]
 unsafe fn unmade<P: ClapPlugin>(plugin: *const clap_plugin) {
     // SAFETY: `made` has made it, with one reference.
     drop(unsafe { Arc::from_raw((*plugin).plugin_data.cast::<Wrapper<P>>()) });
 }
 
 /// The whole of a plugin.
-#[expect(unsafe_code, reason = "hosts hand over pointers")]
 fn hosted<'a>(plugin: *const clap_plugin) -> Option<&'a Hosted> {
     // SAFETY: hosts have got all of their plugins from here, and call none that they have destroyed.
     unsafe { plugin.cast::<Hosted>().as_ref() }
 }
 
 /// Connects the instance with its host, whose extensions may be asked for from now on.
-#[expect(unsafe_code, reason = "hosts hand over pointers")]
 unsafe extern "C" fn connect_and_init(plugin: *const clap_plugin) -> bool {
     guard((), || {
         if let Some(Hosted { host, side, .. }) = hosted(plugin) {
             let host = host.expose_provenance();
-            let calls = HostCalls {
-                latency_changed: Box::new(latency::changed(plugin)),
-                tail_changed: Box::new(tail::changed(plugin)),
-            };
+            let calls = delays::calls(plugin);
             side.connect(move || wake(host), calls);
         }
     });
@@ -214,7 +203,6 @@ unsafe extern "C" fn connect_and_init(plugin: *const clap_plugin) -> bool {
 }
 
 /// Asks a host for a call on its main thread, on any thread.
-#[expect(unsafe_code, reason = "the host is asked through its table of functions")]
 fn wake(host: usize) {
     let host = std::ptr::with_exposed_provenance::<clap_host>(host);
     // SAFETY: hosts outlive their plugins, and a plugin that is gone asks for nothing.
@@ -226,14 +214,12 @@ fn wake(host: usize) {
 }
 
 /// Starts, and after a mere pause goes on: some hosts stop and start around each block, where the framework would begin anew.
-#[expect(unsafe_code, reason = "hosts hand over pointers")]
 unsafe extern "C" fn start_and_go_on(plugin: *const clap_plugin) -> bool {
     let Some(Hosted { side, theirs, .. }) = hosted(plugin) else { return false };
     // SAFETY: the plugin is the framework's.
     side.starting(|| unsafe { (theirs.start)(plugin) })
 }
 
-#[expect(unsafe_code, reason = "hosts hand over pointers")]
 unsafe extern "C" fn serve_on_main_thread(plugin: *const clap_plugin) {
     guard((), || {
         if let Some(side) = host_side(plugin) {
@@ -247,37 +233,24 @@ unsafe extern "C" fn serve_on_main_thread(plugin: *const clap_plugin) {
 }
 
 /// The plugin's extension of that name, but no editor where the host has none of its part.
-#[expect(unsafe_code, reason = "hosts hand over pointers")]
 unsafe extern "C" fn get_fitting_extension(plugin: *const clap_plugin, id: *const c_char) -> *const c_void {
     // SAFETY: hosts name extensions by text that ends with a zero.
     let Some(name) = (!id.is_null()).then(|| unsafe { CStr::from_ptr(id) }) else { return std::ptr::null() };
-    if preset_load::IDS.contains(&name) {
-        return (&raw const preset_load::EXTENSION).cast();
+    fn of<T>(table: &'static T) -> *const c_void {
+        std::ptr::from_ref(table).cast()
     }
-    if param_indication::IDS.contains(&name) {
-        return (&raw const param_indication::EXTENSION).cast();
-    }
-    if ambisonic::IDS.contains(&name) {
-        return (&raw const ambisonic::EXTENSION).cast();
-    }
-    let amended = |table: Option<*const c_void>| table.unwrap_or_default();
-    if name == tail::ID {
-        return (&raw const tail::EXTENSION).cast();
-    }
-    if name == latency::ID {
-        return (&raw const latency::EXTENSION).cast();
-    }
-    if name == params::ID {
-        return amended(params::extension(plugin).map(|table| std::ptr::from_ref(table).cast()));
-    }
-    if name == ambisonic::PORTS {
-        return amended(ambisonic::ports(plugin).map(|table| std::ptr::from_ref(table).cast()));
-    }
-    if name == ambisonic::CONFIGS {
-        return amended(ambisonic::configs(plugin).map(|table| std::ptr::from_ref(table).cast()));
-    }
-    if name == EDITOR && host_extension::<c_void>(plugin, &[EDITOR]).is_none() {
-        return std::ptr::null();
+    let is = |ids: &[&CStr]| ids.contains(&name);
+    match () {
+        () if is(&preset_load::IDS) => return of(&preset_load::EXTENSION),
+        () if is(&param_indication::IDS) => return of(&param_indication::EXTENSION),
+        () if is(&ambisonic::IDS) => return of(&ambisonic::EXTENSION),
+        () if is(&[CLAP_EXT_TAIL]) => return of(&delays::TAIL),
+        () if is(&[CLAP_EXT_LATENCY]) => return of(&delays::LATENCY),
+        () if is(&[params::ID]) => return params::extension(plugin).map_or(std::ptr::null(), of),
+        () if is(&[ambisonic::PORTS]) => return ambisonic::ports(plugin).map_or(std::ptr::null(), of),
+        () if is(&[ambisonic::CONFIGS]) => return ambisonic::configs(plugin).map_or(std::ptr::null(), of),
+        () if is(&[EDITOR]) && host_extension::<c_void>(plugin, &[EDITOR]).is_none() => return std::ptr::null(),
+        () => (),
     }
     match hosted(plugin) {
         // SAFETY: the plugin is the framework's, and the host's arguments are handed on.
@@ -287,7 +260,6 @@ unsafe extern "C" fn get_fitting_extension(plugin: *const clap_plugin, id: *cons
 }
 
 /// The framework's own extension of a name, whose table of functions is `T`.
-#[expect(unsafe_code, reason = "the framework is asked through its table of functions")]
 fn framework_extension<T>(plugin: *const clap_plugin, id: &CStr) -> Option<&'static T> {
     let theirs = &hosted(plugin)?.theirs;
     // SAFETY: the plugin is the framework's; its tables live as long as it does, longer than any call that comes from a host.
@@ -310,7 +282,6 @@ fn parameter_of(id: u32) -> Option<Parameter> {
 }
 
 /// A plugin's host, and the first of its extensions by these names, whose table of functions is `T`.
-#[expect(unsafe_code, reason = "the host is asked through its table of functions")]
 fn host_extension<T>(plugin: *const clap_plugin, ids: &[&CStr]) -> Option<(*const clap_host, &'static T)> {
     let host = hosted(plugin)?.host;
     // SAFETY: hosts outlive their plugins, and so do their tables of functions.
@@ -320,7 +291,6 @@ fn host_extension<T>(plugin: *const clap_plugin, ids: &[&CStr]) -> Option<(*cons
     Some((host, found))
 }
 
-#[expect(unsafe_code, reason = "hosts hand over pointers")]
 unsafe extern "C" fn forget_and_destroy(plugin: *const clap_plugin) {
     guard((), || {
         if let Some(hosted) = hosted(plugin) {

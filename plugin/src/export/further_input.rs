@@ -1,65 +1,14 @@
 //! What comes in on the inputs of further sources.
 
-use crate::listener::ramp;
-use crate::listener::snapshot::Snapshot;
-use crate::parameter::cast::{index, narrow};
+use crate::listener::{ramp, snapshot::Snapshot};
 use nice_plug::prelude::Buffer;
+use promenade_core::Voice;
 use promenade_core::glam::Vec3;
-use promenade_core::{Ramp, Voice};
 use std::ops::Range;
 
-/// Time in which a step of a level is taken, seconds.
-pub(super) const RAMP_S: f64 = 0.001;
-
-/// Levels of the inputs, from block to block. The audio thread owns them.
-pub(super) struct FurtherInput<const FURTHER: usize> {
-    levels: [Ramp; FURTHER],
-    /// Whether the levels have been set since it began.
-    began: bool,
-}
-
-impl<const FURTHER: usize> Default for FurtherInput<FURTHER> {
-    fn default() -> Self {
-        Self { levels: std::array::from_fn(|_| Ramp::default()), began: false }
-    }
-}
-
-impl<const FURTHER: usize> FurtherInput<FURTHER> {
-    /// The next levels are taken at once.
-    pub(super) fn reset(&mut self) {
-        self.began = false;
-    }
-
-    /// Brings the inputs of a block of `total` samples to their levels; where the block's values are moved to over the block,
-    /// `from` has those that it begins with.
-    ///
-    /// # Real-time
-    /// Audio thread; no allocation, lock or I/O.
-    pub(super) fn take(
-        &mut self,
-        inputs: &mut [Buffer],
-        snapshot: &Snapshot<FURTHER>,
-        from: Option<&Snapshot<FURTHER>>,
-        total: usize,
-        sample_rate_hz: f64,
-    ) {
-        let began = std::mem::replace(&mut self.began, true);
-        for (number, ((input, level), to)) in inputs.iter_mut().zip(&mut self.levels).zip(&snapshot.further).enumerate() {
-            let gain = to.gain;
-            if !began {
-                *level = Ramp::at(gain);
-            }
-            let glides = from.is_some_and(|from| from.further[number].gain != gain);
-            level.aim(gain, if glides { total } else { index(narrow(RAMP_S * sample_rate_hz)) });
-            if let [sound, ..] = input.as_slice() {
-                level.apply(sound);
-            }
-        }
-    }
-}
-
 /// What each further source plays in a stretch of a block, nothing where that is silence, and where it is at the end of it, a
-/// share of the way through the block; `on_path` says how far its path takes each from the scene's emitter then, metres.
+/// share of the way through the block; `on_path` says how far its path takes each from the scene's emitter then, metres. Where
+/// the block's values are moved to over the block, `from` has those that it begins with.
 pub(super) fn of_span<'a, const FURTHER: usize>(
     inputs: &'a [Buffer],
     snapshot: &Snapshot<FURTHER>,
@@ -71,10 +20,9 @@ pub(super) fn of_span<'a, const FURTHER: usize>(
     std::array::from_fn(|number| {
         let channel = inputs.get(number).and_then(|input| input.as_slice_immutable().first());
         let to = &snapshot.further[number];
-        let begin = from.map(|from| &from.further[number]);
         let input = channel.and_then(|channel| channel.get(span.clone())).filter(|input| !is_silent(input));
-        let offset = begin.map_or(to.offset, |begin| ramp::offset_at(begin, to, share));
-        Voice::at(input.unwrap_or_default(), on_path(number) + offset)
+        let at = from.map_or(*to, |from| ramp::place_at(&from.further[number], to, share));
+        Voice { level: at.gain, ..Voice::at(input.unwrap_or_default(), on_path(number) + at.offset) }
     })
 }
 

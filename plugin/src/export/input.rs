@@ -1,10 +1,12 @@
 //! What comes in on the main input.
 
-use super::further_input::RAMP_S;
 use crate::parameter::cast::{index, narrow};
 use nice_plug::prelude::Buffer;
 use promenade_core::Ramp;
 use std::ops::Range;
+
+/// Time in which a step of the level is taken, seconds.
+const RAMP_S: f64 = 0.001;
 
 /// A copy of the input, because hosts hand over the same buffer for input and output.
 #[derive(Default)]

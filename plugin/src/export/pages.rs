@@ -1,6 +1,6 @@
 //! Which parameters belong together, as hosts show them: in modules, and on pages of remote controls.
 
-use crate::parameter::source_knob::{KNOBS, Part};
+use crate::parameter::source_knob::{KNOBS, Part, SOURCES};
 use crate::parameter::{Parameter, SOUND};
 use crate::project::params::PromenadeParams;
 use nice_plug::prelude::{Param, ParamPtr, Params, RemoteControlsContext, RemoteControlsPage, RemoteControlsSection};
@@ -12,13 +12,12 @@ const EDITOR: &str = "Editor";
 
 /// Pages of eight knobs with their sections; `None` leaves a knob free. [`SOUND`] has a page of its own, or as many as it
 /// needs.
-const PAGES: [(&str, &str, [Option<Parameter>; 8]); 3] = {
-    use Parameter::{
-        Ex, Ey, Ez, Follow, Group, Lead, Offset, Osc, Path, Pitch, Roll, Scene, Slot, Spread, Tracking, Walk, X, Y, Yaw, Z,
-    };
+const PAGES: [(&str, &str, [Option<Parameter>; 8]); 4] = {
+    use Parameter::*;
     [
         ("Listener", "Pose", [Some(X), Some(Y), Some(Z), Some(Tracking), Some(Yaw), Some(Pitch), Some(Roll), None]),
         ("Source", "Offset", [Some(Ex), Some(Ey), Some(Ez), Some(Spread), Some(Group), Some(Lead), Some(Scene), Some(Slot)]),
+        ("Source", "Direction", [Some(Place), Some(Azimuth), Some(Elevation), Some(Distance), None, None, None, None]),
         ("Listener", "Path", [Some(Path), Some(Follow), Some(Offset), Some(Walk), None, None, None, Some(Osc)]),
     ]
 };
@@ -38,12 +37,9 @@ pub(crate) fn remote_controls(params: &PromenadeParams, context: &mut impl Remot
     }
     let sound = Parameter::ALL.into_iter().filter(|parameter| parameter.row().module == SOUND);
     context.add_section(SOUND, |section| section.add_page(SOUND, |page| fill(page, params, sound.map(Some))));
-    // Two sources a page.
     let knobs = KNOBS.map(|knob| Some(Parameter::Source(knob)));
-    for pair in knobs[..params.further() * Part::ALL.len()].chunks(2 * Part::ALL.len()) {
-        let names = pair.iter().step_by(Part::ALL.len()).flatten().map(|knob| knob.row().module).collect::<Vec<_>>();
-        let name = names.join(", ");
-        context.add_section("Sources", |section| section.add_page(name, |page| fill(page, params, pair.iter().copied())));
+    for (source, knobs) in SOURCES.into_iter().zip(knobs.chunks(Part::ALL.len())).take(params.further()) {
+        context.add_section("Sources", |section| section.add_page(source, |page| fill(page, params, knobs.iter().copied())));
     }
 }
 

@@ -1,31 +1,18 @@
 //! The plugin as hosts call it: activation, blocks, parameters and editor.
 
-use super::further_input::{self, FurtherInput};
 use super::guard::{Fuse, guard};
-use super::input::Input;
-use super::kind::Kind;
+use super::{further_input, input::Input, kind::Kind};
 use crate::budget::Spender;
 use crate::editor::{Instance, PromenadeEditor};
 use crate::export::pages::{self, InModules};
 use crate::listener::clock::{BlockTime, Clock};
-use crate::listener::inbox::Inbox;
 use crate::listener::ramp::{self, Ramps, Stretch};
-use crate::listener::snapshot::Snapshot;
-use crate::listener::source_paths::SourcePaths;
-use crate::listener::{HeardPose, ListenerSources};
+use crate::listener::{HeardPose, ListenerSources, inbox::Inbox, snapshot::Snapshot, source_paths::SourcePaths};
 use crate::osc::{Osc, Switch};
 use crate::parameter::cast::narrow;
-use crate::parameter::choices::LatencyChoice;
-use crate::playing::Playing;
-use crate::playing::loader::Loader;
-use crate::playing::monitor::Monitor;
-use crate::playing::output::Output;
-use crate::project::host_values::Arrived;
-use crate::project::params::PromenadeParams;
-use crate::project::walk::SavedWalk;
-use crate::telemetry::Telemetry;
-use crate::telemetry::host_side::HostSide;
-use crate::telemetry::members;
+use crate::playing::{Playing, loader::Loader, monitor::Monitor, output::Output};
+use crate::project::{host_values::Arrived, params::PromenadeParams};
+use crate::telemetry::{Telemetry, host_side::HostSide, members};
 use nice_plug::prelude::*;
 use nice_plug::util::permit_alloc;
 use promenade_core::{Spatializer, Voice};
@@ -49,7 +36,6 @@ pub struct Promenade<const FURTHER: usize = 0> {
     osc: Switch,
     spender: Spender,
     input: Input,
-    further: FurtherInput<FURTHER>,
     timing: Timing,
     monitor: Monitor<FURTHER>,
     ramps: Ramps<FURTHER>,
@@ -69,33 +55,19 @@ struct Timing {
     quiet: usize,
 }
 
-/// The camera path that the standalone program was started with.
-#[cfg(feature = "standalone")]
-fn opening_walk() -> Option<&'static SavedWalk> {
-    crate::playing::player::player()?.walk()
-}
-
-#[cfg(not(feature = "standalone"))]
-fn opening_walk() -> Option<&'static SavedWalk> {
-    None
-}
-
-/// The latency that the standalone program was started with.
-#[cfg(feature = "standalone")]
-fn opening_latency() -> LatencyChoice {
-    crate::playing::player::player().map_or(LatencyChoice::Frame, crate::playing::player::Player::latency)
-}
-
-#[cfg(not(feature = "standalone"))]
-fn opening_latency() -> LatencyChoice {
-    LatencyChoice::Frame
+/// The parameters of a new instance; the standalone program has its camera path and its latency.
+fn first_params() -> PromenadeParams {
+    #[cfg(feature = "standalone")]
+    if let Some(player) = crate::playing::player::player() {
+        return PromenadeParams::beginning_on(player.walk()).beginning_at(player.latency());
+    }
+    PromenadeParams::default()
 }
 
 impl<const FURTHER: usize> Default for Promenade<FURTHER> {
     /// Hosts build plugins to list them: no file, thread or large buffer here.
     fn default() -> Self {
-        let params = PromenadeParams::beginning_on(opening_walk()).beginning_at(opening_latency());
-        let params = Arc::new(params.with_further(FURTHER));
+        let params = Arc::new(first_params().with_further(FURTHER));
         let (inbox, telemetry) = (Arc::<Inbox>::default(), Telemetry::new());
         let loader = Loader::new(Arc::clone(&params));
         let osc = Osc::new(Arc::clone(&params), Arc::clone(&loader.exchange), Arc::clone(&inbox), Arc::clone(&telemetry));
@@ -103,8 +75,9 @@ impl<const FURTHER: usize> Default for Promenade<FURTHER> {
         let host_side = Arc::new(HostSide::new(repaint.clone(), Arc::clone(&params)));
         host_side.introduce();
         let theirs = Arc::downgrade(&loader);
-        host_side.prepare_by(move |rate_hz| {
+        host_side.prepare_by(move |rate_hz, live_block| {
             let loader = theirs.upgrade().filter(|_| rate_hz.is_finite() && rate_hz >= 1.0)?;
+            loader.play_live(live_block);
             loader.activate(rate_hz, loader.output());
             loader.delays().map(|delays| delays.map(samples))
         });
@@ -116,7 +89,6 @@ impl<const FURTHER: usize> Default for Promenade<FURTHER> {
             osc: Switch::new(Arc::clone(&osc)),
             spender: Spender::new(Arc::clone(&account)),
             input: Input::default(),
-            further: FurtherInput::default(),
             timing: Timing::default(),
             ramps: Ramps::default(),
             fuse: Fuse::default(),
@@ -151,7 +123,7 @@ impl<const FURTHER: usize> Promenade<FURTHER> {
 
     /// The parameters of a block; a missing scene passes the dry sound at its level, and decodes are waited for offline.
     fn snapshot(&mut self, offline: bool) -> Snapshot<FURTHER> {
-        let mut snapshot = Snapshot::of(&self.params);
+        let mut snapshot = Snapshot::of(&self.params, self.playing.frame().as_ref());
         snapshot.block.live.wait = offline;
         if let Some(gain) = self.playing.dry {
             (snapshot.block.mix, snapshot.block.wet_solo) = (0.0, false);
@@ -187,7 +159,7 @@ impl<const FURTHER: usize> Promenade<FURTHER> {
             spatializers.iter_mut().for_each(Spatializer::jump);
         }
         if self.spender.waits() {
-            self.timing.quiet = if self.spender.is_quiet() { self.timing.quiet.saturating_add(total) } else { 0 };
+            self.timing.quiet = if self.spender.quiet { self.timing.quiet.saturating_add(total) } else { 0 };
             outputs.iter_mut().for_each(|output| output.fill(0.0));
             return Some(listener.end(total, time.end_s()));
         }
@@ -196,7 +168,6 @@ impl<const FURTHER: usize> Promenade<FURTHER> {
             self.playing.headphones.reset();
         }
         self.input.take(outputs, snapshot.first_gain, self.timing.sample_rate_hz);
-        self.further.take(further, snapshot, from, total, self.timing.sample_rate_hz);
         let others = further.iter_mut().flat_map(|input| input.as_slice().iter_mut().map(|channel| &mut **channel));
         let inputs = outputs.iter_mut().map(|channel| &mut **channel).chain(others);
         self.spender.fade_in(inputs, total, self.timing.sample_rate_hz);
@@ -216,7 +187,7 @@ impl<const FURTHER: usize> Promenade<FURTHER> {
             let on_path = |further| listener.source_offset(1 + further, span.end - 1);
             let others: [Voice; FURTHER] = further_input::of_span(further, snapshot, from, span.clone(), share, on_path);
             self.monitor.measure_further(&others);
-            let all = input[..channels].iter().copied().chain(others.iter().map(|other| other.input));
+            let all = input[..channels].iter().copied().chain(others.iter().filter(|o| o.level > 0.0).map(|other| other.input));
             let sounds = all.flatten().any(|sample| sample.abs() >= SILENCE);
             self.timing.quiet = if sounds { 0 } else { self.timing.quiet.saturating_add(span.len()) };
             for (spatializer, pair) in spatializers.iter_mut().zip(outputs.chunks_mut(2)) {
@@ -302,10 +273,11 @@ impl<const FURTHER: usize> Promenade<FURTHER> {
         members::join(&self.params, &self.instance.host_side, &self.instance.account);
         self.spender.activate();
         let output = Output::of_channels(layout.main_output_channels.map_or(0, NonZeroU32::get) as usize);
+        self.instance.loader.play_live(if self.instance.host_side.is_offline() { 0 } else { config.max_buffer_size });
         self.playing.activate(sample_rate_hz, output, self.instance.loader.choices());
         self.osc.activate(&self.params);
         // Hosts ask for both after an activation, before there is any block.
-        let (latency, tail) = self.delays(&Snapshot::of(&self.params)).unwrap_or_default();
+        let (latency, tail) = self.delays(&Snapshot::of(&self.params, None)).unwrap_or_default();
         self.timing.latency = latency;
         self.instance.host_side.set_latency(latency);
         self.instance.host_side.set_tail(tail);
@@ -322,7 +294,6 @@ impl<const FURTHER: usize> Promenade<FURTHER> {
         self.playing.reset();
         self.listener.glide.jump();
         self.ramps = Ramps::default();
-        self.further.reset();
         self.input.reset();
         self.timing.quiet = 0;
         self.timing.clock = Clock::default();

@@ -1,5 +1,7 @@
 //! The VST3 entry: the framework's plugins, with what it lacks put beside it.
 
+#![expect(unsafe_code, reason = "hosts and the framework hand over pointers, and are asked through tables of functions")]
+
 mod block_room;
 mod controller;
 mod controller_values;
@@ -11,9 +13,7 @@ mod processor;
 mod stream;
 mod view;
 
-use crate::export::guard::guard;
-use crate::export::kind::COUNT;
-use crate::export::{Promenade, PromenadeMany, PromenadeMany64};
+use crate::export::{Promenade, PromenadeMany, PromenadeMany64, guard::guard, kind::COUNT};
 use crate::parameter::source_knob::{MANY_FURTHER, MOST_FURTHER};
 use make::make;
 use nice_plug::wrapper::setup_logger;
@@ -41,7 +41,6 @@ impl Class for Factory {
 
 impl Factory {
     /// Fills in what a host asks of the class of a number.
-    #[expect(unsafe_code, reason = "hosts hand over pointers")]
     fn fill<T>(&self, number: i32, info: *mut T, make: impl FnOnce(&PluginInfo) -> T) -> tresult {
         let class = usize::try_from(number).ok().and_then(|number| self.0.get(number));
         // SAFETY: the host hands over room for it or none.
@@ -55,7 +54,6 @@ impl Factory {
     }
 }
 
-#[expect(unsafe_code, reason = "the signatures are VST3's")]
 impl IPluginFactoryTrait for Factory {
     unsafe fn getFactoryInfo(&self, info: *mut PFactoryInfo) -> tresult {
         self.fill(0, info, PluginInfo::create_factory_info)
@@ -81,14 +79,12 @@ impl IPluginFactoryTrait for Factory {
     }
 }
 
-#[expect(unsafe_code, reason = "the signatures are VST3's")]
 impl IPluginFactory2Trait for Factory {
     unsafe fn getClassInfo2(&self, index: i32, info: *mut PClassInfo2) -> tresult {
         self.fill(index, info, PluginInfo::create_class_info_2)
     }
 }
 
-#[expect(unsafe_code, reason = "the signatures are VST3's")]
 impl IPluginFactory3Trait for Factory {
     unsafe fn getClassInfoUnicode(&self, index: i32, info: *mut PClassInfoW) -> tresult {
         self.fill(index, info, PluginInfo::create_class_info_unicode)
@@ -101,7 +97,6 @@ impl IPluginFactory3Trait for Factory {
 
 /// Where hosts find the plugin.
 #[unsafe(no_mangle)]
-#[expect(unsafe_code, reason = "hosts find the entry by its name")]
 extern "system" fn GetPluginFactory() -> *mut c_void {
     let factory = ComWrapper::new(Factory([
         PluginInfo::for_plugin::<Promenade>(),
@@ -116,7 +111,6 @@ macro_rules! module {
     ($system:meta, $abi:literal, $enter:ident ($($handle:ty)?), $leave:ident) => {
         #[cfg($system)]
         #[unsafe(no_mangle)]
-        #[expect(unsafe_code, reason = "hosts find it by its name")]
         extern $abi fn $enter($(_library: $handle)?) -> bool {
             setup_logger::<Promenade>();
             true
@@ -124,7 +118,6 @@ macro_rules! module {
 
         #[cfg($system)]
         #[unsafe(no_mangle)]
-        #[expect(unsafe_code, reason = "hosts find it by its name")]
         extern $abi fn $leave() -> bool {
             true
         }

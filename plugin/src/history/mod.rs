@@ -68,13 +68,11 @@ impl History {
     }
 
     /// Whether there is something to undo, and to redo.
-    #[must_use]
     pub fn can(&self) -> (bool, bool) {
         (!self.done.is_empty(), !self.undone.is_empty())
     }
 
     /// Whether B is heard, not A.
-    #[must_use]
     pub fn is_b(&self) -> bool {
         self.b
     }
@@ -118,8 +116,7 @@ mod tests {
 
     #[test]
     fn a_step_holds_no_keyframes_of_its_own() {
-        use crate::project::params::PromenadeParams;
-        use crate::project::walk::SavedWalk;
+        use crate::project::{params::PromenadeParams, walk::SavedWalk};
         use promenade_core::{Keyframe, Pose};
         let keyframes = (0..360_000).map(|n| Keyframe { t_s: f64::from(n), pose: Pose::IDENTITY }).collect::<Vec<_>>();
         let params = PromenadeParams::beginning_on(Some(&SavedWalk::of(&keyframes)));

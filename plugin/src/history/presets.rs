@@ -68,7 +68,6 @@ const PRESET: &str = "a preset of Promenade";
 /// Where VST3 hosts look for the user's presets of this plugin.
 ///
 /// Source: VST 3 SDK documentation, "Preset locations".
-#[must_use]
 pub fn folder() -> Option<PathBuf> {
     let base = if cfg!(target_os = "windows") {
         dirs::document_dir()?.join("VST3 Presets")
@@ -82,7 +81,6 @@ pub fn folder() -> Option<PathBuf> {
 
 /// The factory presets, then those in the user's folder, each sorted by name. Copies of factory presets, which VST3 hosts find
 /// in that folder, are left out.
-#[must_use]
 pub fn list(folder: Option<&Path>) -> Vec<Preset> {
     let entries = folder.and_then(|folder| std::fs::read_dir(folder).ok()).into_iter().flatten().flatten();
     let mut users = entries.filter_map(|entry| of_file(&entry.path())).collect::<Vec<_>>();
@@ -101,7 +99,6 @@ pub fn factory() -> impl Iterator<Item = Preset> {
 }
 
 /// The user's preset in a file; none where the file has another extension or is a copy of a factory preset.
-#[must_use]
 pub fn of_file(path: &Path) -> Option<Preset> {
     let name = path.file_stem()?.to_str().filter(|_| path.extension().is_some_and(|e| e == EXTENSION))?;
     // Of what cannot be read, the error is for who chooses it.

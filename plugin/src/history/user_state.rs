@@ -1,65 +1,81 @@
 //! What presets, undo and the A/B comparison restore: the parameters, the scene, the drawn room, the camera path, the paths of
 //! sources and the head.
 
-use crate::library::drawn_room::DrawnRoom;
-use crate::library::scene_key::SceneKey;
+use crate::library::{drawn_room::DrawnRoom, scene_key::SceneKey};
 use crate::listener::snapshot::values_of;
-use crate::parameter::Parameter;
-use crate::parameter::cast::index;
-use crate::parameter::choices::SceneChoice;
-use crate::project::matching::Matching;
-use crate::project::params::PromenadeParams;
-use crate::project::saved_head::SavedHead;
-use crate::project::source_walks::SavedSourceWalks;
-use crate::project::sources::SavedSources;
-use crate::project::state::{SOURCE_WALKS_FIELD, saved_value};
-use crate::project::walk::SavedWalk;
+use crate::parameter::{Parameter, cast::index, choices::SceneChoice};
+use crate::project::state::{migrate, saved_value};
+use crate::project::{
+    matching::Matching, params::PromenadeParams, saved_head::SavedHead, source_walks::SavedSourceWalks, sources::SavedSources,
+    walk::SavedWalk,
+};
 use nice_plug::params::persist::{deserialize_field, serialize_field};
 use nice_plug::plugin::{ParamValue, PluginState};
 use nice_plug::prelude::Enum;
 use promenade_core::Pose;
 
-/// Everything that a user sets for the sound, as it was at one time.
-#[derive(Clone, Debug, PartialEq)]
-pub struct UserState {
-    values: [f32; Parameter::EVERY.len()],
-    scene: SceneKey,
-    walk: SavedWalk,
-    source_walks: SavedSourceWalks,
-    sources: SavedSources,
-    head: SavedHead,
-    room: Option<DrawnRoom>,
-    matching: Matching,
+/// Declares what is restored besides the parameters, in the order in which it is: of each part its type, its field in saved
+/// states, where a project has it, how that takes another, and whether states of before there was such a part have one.
+macro_rules! parts {
+    ($($part:ident: $type:ty = $field:literal, $($held:ident).+, $take:ident, $always:literal;)*) => {
+        /// Everything that a user sets for the sound, as it was at one time.
+        #[derive(Clone, Debug, PartialEq)]
+        pub struct UserState {
+            values: [f32; Parameter::EVERY.len()],
+            $($part: $type,)*
+        }
+
+        impl UserState {
+            fn with_values(values: [f32; Parameter::EVERY.len()], params: &PromenadeParams) -> Self {
+                Self { values, $($part: params.$($held).+.get().0,)* }
+            }
+
+            fn take_parts(&mut self, saved: &PluginState, had: &[String]) {
+                $(if $always || had.iter().any(|had| had == $field) {
+                    let part = saved.fields.get($field).and_then(|json| deserialize_field(json).ok());
+                    part.into_iter().for_each(|part| self.$part = part);
+                })*
+            }
+
+            fn parts(&self) -> serde_json::Result<Vec<(String, String)>> {
+                Ok(vec![$(($field.to_owned(), serialize_field(&self.$part)?)),*])
+            }
+
+            fn restore_parts(&self, params: &PromenadeParams) {
+                $(if params.$($held).+.get().0 != self.$part {
+                    params.$($held).+.$take(self.$part.clone());
+                })*
+                params.sources.follow();
+            }
+        }
+    };
+}
+
+parts! {
+    matching: Matching = "matching", matching, supersede, true;
+    scene: SceneKey = "scene", scene_key, restore, true;
+    room: Option<DrawnRoom> = "room", room, restore, true;
+    walk: SavedWalk = "walk", saved_walk, restore, true;
+    source_walks: SavedSourceWalks = "walks", source_walks, restore, false;
+    sources: SavedSources = "sources", sources.saved, supersede, false;
+    head: SavedHead = "head", head, restore, false;
 }
 
 impl UserState {
     /// The present state.
-    #[must_use]
     pub fn of(params: &PromenadeParams) -> Self {
         let value = |parameter| match parameter {
             Parameter::Source(_) if !params.has(parameter) => parameter.row().default,
             _ if is_for_sound(parameter) => params.heard(parameter),
             _ => 0.0,
         };
-        Self {
-            values: Parameter::EVERY.map(value),
-            scene: params.scene_key.get().0,
-            walk: params.saved_walk.get().0,
-            source_walks: params.source_walks.get().0,
-            sources: params.sources.saved.get().0,
-            head: params.head.get().0,
-            room: params.room.get().0,
-            matching: params.matching.get().0,
-        }
+        Self::with_values(Parameter::EVERY.map(value), params)
     }
 
     /// What a saved state holds; what it lacks is as in `base`.
-    #[must_use]
     pub fn from_saved(mut saved: PluginState, base: &Self) -> Self {
-        // A state without a head or paths of sources is one of before there were any.
-        let [has_head, has_source_walks, has_sources] =
-            ["head", SOURCE_WALKS_FIELD, "sources"].map(|name| saved.fields.contains_key(name));
-        crate::project::state::migrate(&mut saved);
+        let had: Vec<_> = saved.fields.keys().cloned().collect();
+        migrate(&mut saved);
         let mut state = base.clone();
         for parameter in Parameter::EVERY.into_iter().filter(|parameter| is_for_sound(*parameter)) {
             let (least, greatest) = parameter.limits();
@@ -67,52 +83,26 @@ impl UserState {
                 state.values[parameter.number()] = value.clamp(least, greatest);
             }
         }
-        let field = |name: &str| saved.fields.get(name);
-        if let Some(scene) = field("scene").and_then(|json| deserialize_field(json).ok()) {
-            state.scene = scene;
-        }
-        if let Some(walk) = field("walk").and_then(|json| deserialize_field(json).ok()) {
-            state.walk = walk;
-        }
-        let source_walks = field(SOURCE_WALKS_FIELD).filter(|_| has_source_walks);
-        if let Some(walks) = source_walks.and_then(|json| deserialize_field(json).ok()) {
-            state.source_walks = walks;
-        }
-        if let Some(sources) = field("sources").filter(|_| has_sources).and_then(|json| deserialize_field(json).ok()) {
-            state.sources = sources;
-        }
-        if let Some(head) = field("head").filter(|_| has_head).and_then(|json| deserialize_field(json).ok()) {
-            state.head = head;
-        }
-        if let Some(matching) = field("matching").and_then(|json| deserialize_field(json).ok()) {
-            state.matching = matching;
-        }
-        if let Some(room) = field("room").and_then(|json| deserialize_field(json).ok()) {
-            state.room = room;
-        }
+        state.take_parts(&saved, &had);
         state
     }
 
     /// The plain value of a parameter.
-    #[must_use]
     pub fn value(&self, parameter: Parameter) -> f32 {
         self.values[parameter.number()]
     }
 
     /// The camera path of the project.
-    #[must_use]
     pub fn walk(&self) -> &SavedWalk {
         &self.walk
     }
 
     /// The scene's slot in the library, and its file.
-    #[must_use]
     pub fn scene(&self) -> (u32, &SceneKey) {
         (u32::try_from(index(self.value(Parameter::Slot))).unwrap_or(0), &self.scene)
     }
 
     /// The state with another scene, from a file, and the listener where the scene's makers let it begin.
-    #[must_use]
     pub fn in_scene(mut self, scene: SceneKey, start: Pose) -> Self {
         let own = [(Parameter::Scene, SceneChoice::Library.to_index() as f32), (Parameter::Slot, 0.0)];
         for (parameter, value) in values_of(&start).into_iter().chain(own) {
@@ -127,7 +117,7 @@ impl UserState {
     /// # Errors
     /// A part cannot be written as text.
     pub fn put_into(&self, saved: &mut PluginState) -> serde_json::Result<()> {
-        crate::project::state::migrate(saved);
+        migrate(saved);
         for parameter in Parameter::EVERY.into_iter().filter(|parameter| is_for_sound(*parameter)) {
             // An instance of one source has none of those.
             if matches!(parameter, Parameter::Source(_)) && !saved.params.contains_key(parameter.id()) {
@@ -135,16 +125,7 @@ impl UserState {
             }
             saved.params.insert(parameter.id().to_owned(), saved_value(parameter, self.value(parameter)));
         }
-        let fields = [
-            ("scene", serialize_field(&self.scene)?),
-            ("walk", serialize_field(&self.walk)?),
-            (SOURCE_WALKS_FIELD, serialize_field(&self.source_walks)?),
-            ("sources", serialize_field(&self.sources)?),
-            ("head", serialize_field(&self.head)?),
-            ("room", serialize_field(&self.room)?),
-            ("matching", serialize_field(&self.matching)?),
-        ];
-        saved.fields.extend(fields.map(|(name, json)| (name.to_owned(), json)));
+        saved.fields.extend(self.parts()?);
         Ok(())
     }
 
@@ -152,28 +133,7 @@ impl UserState {
     ///
     /// Scene and path go first, so that the choices by slot find what they belong to.
     pub fn restore(&self, params: &PromenadeParams, mut set: impl FnMut(Parameter, f32)) {
-        if params.matching.get().0 != self.matching {
-            params.matching.supersede(self.matching);
-        }
-        if params.scene_key.get().0 != self.scene {
-            params.scene_key.restore(self.scene.clone());
-        }
-        if params.room.get().0 != self.room {
-            params.room.restore(self.room.clone());
-        }
-        if params.saved_walk.get().0 != self.walk {
-            params.saved_walk.restore(self.walk.clone());
-        }
-        if params.source_walks.get().0 != self.source_walks {
-            params.source_walks.restore(self.source_walks.clone());
-        }
-        if params.sources.saved.get().0 != self.sources {
-            params.sources.saved.supersede(self.sources.clone());
-            params.sources.follow();
-        }
-        if params.head.get().0 != self.head {
-            params.head.restore(self.head.clone());
-        }
+        self.restore_parts(params);
         for parameter in params.parameters().filter(|parameter| is_for_sound(*parameter)) {
             if params.heard(parameter) != self.value(parameter) {
                 set(parameter, self.value(parameter));

@@ -3,29 +3,26 @@
 use crate::library::drawn_room::DrawnRoom;
 use crate::library::factory::{self, FactoryScene};
 use crate::worker::lock::lock;
-use promenade_core::{
-    AMBISONIC_CHANNELS, Carriers, Head, Latency, NoHeadError, NotAmbisonicError, RenderError, Scene, SceneError,
-};
+use crate::worker::shared::{OfScene, Shared};
+use promenade_core::{Carriers, Head, Latency, NoHeadError, NotAmbisonicError, RenderError, Scene, SceneError};
 use promenade_fault::Fault;
 use promenade_room::SceneHead;
-use std::collections::{HashMap, VecDeque};
-use std::sync::{Arc, LazyLock, Mutex, Weak};
+use std::collections::VecDeque;
+use std::sync::{Arc, Mutex, Weak};
 
 /// BLAKE3 of a scene file, 64 lower-case hexadecimal digits.
 pub type ContentHash = String;
 
-static SCENES: LazyLock<Mutex<HashMap<ContentHash, Weak<Scene>>>> = LazyLock::new(Mutex::default);
+static SCENES: Shared<ContentHash, Scene> = Shared::new();
 
 /// The name of a scene file by its content.
-#[must_use]
 pub fn content_hash(bytes: &[u8]) -> ContentHash {
     blake3::hash(bytes).to_hex().to_string()
 }
 
 /// The scene of that content, if any instance in this process holds it.
-#[must_use]
 pub fn in_memory(hash: &str) -> Option<Arc<Scene>> {
-    lock(&SCENES).get(hash).and_then(Weak::upgrade)
+    SCENES.get(&hash.to_owned())
 }
 
 /// The scene in `bytes`, shared with every instance that plays the same content.
@@ -34,13 +31,7 @@ pub fn in_memory(hash: &str) -> Option<Arc<Scene>> {
 /// The bytes are no scene.
 pub fn scene_from(bytes: &[u8]) -> Result<(Arc<Scene>, ContentHash), SceneError> {
     let hash = content_hash(bytes);
-    if let Some(scene) = in_memory(&hash) {
-        return Ok((scene, hash));
-    }
-    let scene = Arc::new(Scene::from_bytes(bytes)?);
-    let mut scenes = lock(&SCENES);
-    scenes.retain(|_, held| held.strong_count() > 0);
-    scenes.insert(hash.clone(), Arc::downgrade(&scene));
+    let scene = SCENES.of(hash.clone(), || Scene::from_bytes(bytes))?;
     Ok((scene, hash))
 }
 
@@ -48,10 +39,8 @@ pub fn scene_from(bytes: &[u8]) -> Result<(Arc<Scene>, ContentHash), SceneError>
 /// first.
 const KEPT_CARRIERS: usize = 2;
 
-/// Carriers of a scene at a rate, for a latency, as long as an instance plays it there.
-type HeldCarriers = (Weak<Scene>, f64, Latency, Weak<Carriers>);
-
-static CARRIERS: Mutex<Vec<HeldCarriers>> = Mutex::new(Vec::new());
+/// Carriers of a scene at a rate, for a latency.
+static CARRIERS: Shared<(OfScene, u64, Latency), Carriers> = Shared::new();
 /// The newest sets, as long as their scenes are in memory.
 static NEWEST: Mutex<VecDeque<(Weak<Scene>, Arc<Carriers>)>> = Mutex::new(VecDeque::new());
 
@@ -60,20 +49,17 @@ static NEWEST: Mutex<VecDeque<(Weak<Scene>, Arc<Carriers>)>> = Mutex::new(VecDeq
 /// # Errors
 /// A sample rate at which no scene is played, or a scene that would cost too much there: [`Scene::playable_at`].
 pub fn carriers(scene: &Arc<Scene>, sample_rate_hz: f64, latency: Latency) -> Result<Arc<Carriers>, RenderError> {
-    scene.playable_at(sample_rate_hz)?;
-    let mut held = lock(&CARRIERS);
-    lock(&NEWEST).retain(|(of, _)| of.strong_count() > 0);
-    held.retain(|(.., carriers)| carriers.strong_count() > 0);
-    let same = |(of, rate, late, _): &&HeldCarriers| {
-        std::ptr::eq(of.as_ptr(), Arc::as_ptr(scene)) && *rate == sample_rate_hz && *late == latency
-    };
-    if let Some(carriers) = held.iter().find(same).and_then(|(.., carriers)| carriers.upgrade()) {
-        return Ok(carriers);
-    }
-    let carriers = Arc::new(Carriers::with_latency(scene, sample_rate_hz, latency));
-    held.push((Arc::downgrade(scene), sample_rate_hz, latency, Arc::downgrade(&carriers)));
+    let mut is_new = false;
+    let carriers = CARRIERS.of((scene.into(), sample_rate_hz.to_bits(), latency), || {
+        scene.playable_at(sample_rate_hz)?;
+        is_new = true;
+        Ok::<_, RenderError>(Carriers::with_latency(scene, sample_rate_hz, latency))
+    })?;
     let mut newest = lock(&NEWEST);
-    newest.push_back((Arc::downgrade(scene), Arc::clone(&carriers)));
+    newest.retain(|(of, _)| of.strong_count() > 0);
+    if is_new {
+        newest.push_back((Arc::downgrade(scene), Arc::clone(&carriers)));
+    }
     if newest.len() > KEPT_CARRIERS {
         newest.pop_front();
     }
@@ -81,31 +67,20 @@ pub fn carriers(scene: &Arc<Scene>, sample_rate_hz: f64, latency: Latency) -> Re
 }
 
 /// Scenes heard with other heads than their own, by the contents of scene and head.
-static HEARD: LazyLock<Mutex<HashMap<[ContentHash; 2], Weak<Scene>>>> = LazyLock::new(Mutex::default);
+static HEARD: Shared<[ContentHash; 2], Scene> = Shared::new();
 
 /// The scene of a content heard with another head, shared with every instance that plays the same.
 ///
 /// # Errors
 /// A scene in which no other head can take the place of its own.
 pub fn heard_with(scene: &Scene, hash: &str, head: &Head) -> Result<Arc<Scene>, NoHeadError> {
-    let contents = [hash.to_owned(), content_hash(&head.to_bytes())];
-    let mut held = lock(&HEARD);
-    if let Some(heard) = held.get(&contents).and_then(Weak::upgrade) {
-        return Ok(heard);
-    }
-    let heard = Arc::new(scene.with_head(head)?);
-    held.retain(|_, held| held.strong_count() > 0);
-    held.insert(contents, Arc::downgrade(&heard));
-    Ok(heard)
+    HEARD.of([hash.to_owned(), content_hash(&head.to_bytes())], || scene.with_head(head))
 }
 
-/// Pairs of Ambisonic channels, as long as an instance plays them, by the scene that they were made of.
-type HeldPairs = (Weak<Scene>, [Weak<Scene>; AMBISONIC_CHANNELS / 2]);
+/// Pairs of Ambisonic channels, by the scene that they were made of.
+static AMBISONIC: Shared<(OfScene, usize), Scene> = Shared::new();
 
-static AMBISONIC: Mutex<Vec<HeldPairs>> = Mutex::new(Vec::new());
-
-/// A pair of a scene's Ambisonic channels, shared with every instance that plays the same, as long as the scene itself is in
-/// memory.
+/// A pair of a scene's Ambisonic channels, shared with every instance that plays the same.
 ///
 /// # Errors
 /// A scene without an Ambisonic form.
@@ -113,20 +88,7 @@ static AMBISONIC: Mutex<Vec<HeldPairs>> = Mutex::new(Vec::new());
 /// # Panics
 /// There are fewer pairs than that.
 pub fn ambisonic(scene: &Arc<Scene>, pair: usize) -> Result<Arc<Scene>, NotAmbisonicError> {
-    let mut held = lock(&AMBISONIC);
-    held.retain(|(of, _)| of.strong_count() > 0);
-    let same = |(of, _): &HeldPairs| std::ptr::eq(of.as_ptr(), Arc::as_ptr(scene));
-    let index = held.iter().position(same).unwrap_or_else(|| {
-        held.push((Arc::downgrade(scene), std::array::from_fn(|_| Weak::new())));
-        held.len() - 1
-    });
-    let place = &mut held[index].1[pair];
-    if let Some(made) = place.upgrade() {
-        return Ok(made);
-    }
-    let made = Arc::new(scene.ambisonic_pair(pair)?);
-    *place = Arc::downgrade(&made);
-    Ok(made)
+    AMBISONIC.of((scene.into(), pair), || scene.ambisonic_pair(pair))
 }
 
 /// Heads that rooms are heard with, the newest last; empty contents for the factory's.
@@ -134,7 +96,7 @@ static SCENE_HEADS: Mutex<VecDeque<(ContentHash, Arc<SceneHead>)>> = Mutex::new(
 /// As many are kept.
 const KEPT_SCENE_HEADS: usize = 2;
 /// Scenes of rooms by the contents of room and head.
-static ROOMS: LazyLock<Mutex<HashMap<[ContentHash; 2], Weak<Scene>>>> = LazyLock::new(Mutex::default);
+static ROOMS: Shared<[ContentHash; 2], Scene> = Shared::new();
 
 /// A scene that is built in, and its content.
 ///
@@ -151,14 +113,7 @@ pub fn factory_scene(scene: FactoryScene) -> Result<(Arc<Scene>, ContentHash), F
 pub fn drawn(room: &DrawnRoom, head: Option<&Head>) -> Result<Arc<Scene>, Fault> {
     let head_hash = head.map_or_else(ContentHash::new, |head| content_hash(&head.to_bytes()));
     let contents = [content_hash(format!("{room:?}").as_bytes()), head_hash.clone()];
-    if let Some(scene) = lock(&ROOMS).get(&contents).and_then(Weak::upgrade) {
-        return Ok(scene);
-    }
-    let scene = Arc::new(room.scene(&*scene_head(head, head_hash)?).map_err(|error| Fault::because("the drawn room", error))?);
-    let mut rooms = lock(&ROOMS);
-    rooms.retain(|_, held| held.strong_count() > 0);
-    rooms.insert(contents, Arc::downgrade(&scene));
-    Ok(scene)
+    ROOMS.of(contents, || room.scene(&*scene_head(head, head_hash)?).map_err(|error| Fault::because("the drawn room", error)))
 }
 
 fn scene_head(head: Option<&Head>, hash: ContentHash) -> Result<Arc<SceneHead>, Fault> {

@@ -62,7 +62,6 @@ impl Default for DrawnRoom {
 
 impl DrawnRoom {
     /// A room about a listener.
-    #[must_use]
     pub fn around(listener: Vec3) -> Self {
         let mut room = Self::default();
         let moved = |at: [f32; 3]| (Vec3::from_array(at) + listener).to_array();
@@ -76,20 +75,12 @@ impl DrawnRoom {
     }
 
     /// Corners of least and of greatest x, y and z.
-    #[must_use]
     pub fn corners(&self) -> [Vec3; 2] {
         let low = Vec3::from_array(self.corner);
         [low, low + Vec3::from_array(self.size)]
     }
 
-    /// Cubic metres.
-    #[must_use]
-    pub fn volume_m3(&self) -> f32 {
-        self.size.iter().product()
-    }
-
     /// Its lengths in words.
-    #[must_use]
     pub fn lengths(&self) -> String {
         let [x, y, z] = self.size.map(|length| format!("{:.2}", length).trim_end_matches('0').trim_end_matches('.').to_owned());
         format!("{x} x {y} x {z} m")
@@ -124,7 +115,6 @@ impl DrawnRoom {
     }
 
     /// Whether a place is inside.
-    #[must_use]
     pub fn holds(&self, at: Vec3) -> bool {
         let [low, high] = self.corners();
         at.cmpge(low).all() && at.cmple(high).all()
@@ -144,7 +134,6 @@ impl DrawnRoom {
     }
 
     /// The walls as their materials make them, and the times that they are to have, if there are any.
-    #[must_use]
     pub fn wanted(&self) -> Option<(Shoebox, Some7)> {
         let t20_s = self.t20_s.map(|t| t.map(f64::from));
         t20_s.iter().any(Option::is_some).then_some(t20_s).zip(self.named().ok()).map(|(t20_s, walls)| (walls, t20_s))

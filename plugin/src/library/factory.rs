@@ -10,14 +10,17 @@ pub struct FactoryScene {
 }
 
 /// A loft at 48 kHz, in which reflections keep their place while one walks: what a new instance plays. A project names it as it
-/// names a file, by its content ([`LOFT_HASH`]), so that its choice of scenes is that of earlier versions.
+/// names a file, by its content ([`LOFT_HASHES`]), so that its choice of scenes is that of earlier versions.
 pub const LOFT: FactoryScene = FactoryScene {
     id: "loft",
     bytes: include_bytes!(concat!(env!("CARGO_MANIFEST_DIR"), "/../presets/scenes/loft.promenade")),
 };
 
-/// BLAKE3 of [`LOFT`]. Projects name the loft by it: another loft would be a scene beside this one, not in its place.
-pub const LOFT_HASH: &str = "090f28b1ee624915198ae0a99e820f09da483975cfd7d69a9701ddfd7e291f40";
+/// BLAKE3 of [`LOFT`], then of those before it. Projects name the loft by one of them, and play the newest.
+pub const LOFT_HASHES: [&str; 2] = [
+    "376e90fcc83c0ede09bccf21363390ed7b82f0de119fb05bff81473bb7507a56",
+    "090f28b1ee624915198ae0a99e820f09da483975cfd7d69a9701ddfd7e291f40",
+];
 /// Title of [`LOFT`].
 pub const LOFT_TITLE: &str = "Loft, round a corner";
 
@@ -57,14 +60,13 @@ pub const PLACES: [Place; 11] = [
     Place { file: "courtyard.promenade", level_cb: -70 },
     Place { file: "dry-studio.promenade", level_cb: -60 },
     Place { file: "l-shaped-loft.promenade", level_cb: -72 },
-    Place { file: "living-room.promenade", level_cb: -49 },
+    Place { file: "living-room.promenade", level_cb: -46 },
     Place { file: "parking-deck.promenade", level_cb: -54 },
     Place { file: "stairwell.promenade", level_cb: -30 },
-    Place { file: "street.promenade", level_cb: -63 },
+    Place { file: "street.promenade", level_cb: -61 },
 ];
 
 /// The place of a file name.
-#[must_use]
 pub fn place(file: &str) -> Option<&'static Place> {
     PLACES.iter().find(|place| place.file == file)
 }
@@ -72,8 +74,7 @@ pub fn place(file: &str) -> Option<&'static Place> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::library::cache::content_hash;
-    use crate::library::level::level_cb;
+    use crate::library::{cache::content_hash, level::level_cb};
     use promenade_core::{Scene, SceneCard};
     use std::path::Path;
     use std::sync::Arc;
@@ -92,7 +93,7 @@ mod tests {
 
     #[test]
     fn projects_that_name_the_loft_still_find_it() {
-        assert_eq!(content_hash(LOFT.bytes), LOFT_HASH, "a project that was saved with the loft would not find it");
+        assert_eq!(content_hash(LOFT.bytes), LOFT_HASHES[0], "a project that was saved with the loft would not find it");
         let card = SceneCard::from_head(LOFT.bytes).unwrap();
         assert_eq!((card.provenance.title.as_str(), card.sample_rate_hz), (LOFT_TITLE, 48_000.0));
     }

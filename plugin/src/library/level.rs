@@ -17,7 +17,6 @@ const CORNER_HZ: f64 = 700.0;
 static KNOWN: LazyLock<Mutex<HashMap<ContentHash, Option<i32>>>> = LazyLock::new(Mutex::default);
 
 /// The level of the scene of a content, worked out once in the process; see [`level_cb`].
-#[must_use]
 pub fn level_of(scene: &Arc<Scene>, hash: &str) -> Option<i32> {
     if let Some(known) = lock(&KNOWN).get(hash) {
         return *known;
@@ -29,7 +28,6 @@ pub fn level_of(scene: &Arc<Scene>, hash: &str) -> Option<i32> {
 
 /// The level of both ears' mean over that of the dry sound, in tenths of a decibel; none where it is silent or cannot be
 /// played.
-#[must_use]
 pub fn level_cb(scene: &Arc<Scene>) -> Option<i32> {
     let rate_hz = scene.grid().sample_rate_hz;
     let mut stream = Stream::new(scene, rate_hz, &BlockParams::default()).ok()?;
@@ -43,7 +41,6 @@ pub fn level_cb(scene: &Arc<Scene>) -> Option<i32> {
 }
 
 /// The gain of a level in tenths of a decibel.
-#[must_use]
 pub fn gain_of(level_cb: i32) -> f32 {
     narrow(10_f64.powf(f64::from(level_cb) / 200.0))
 }

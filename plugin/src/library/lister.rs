@@ -1,11 +1,8 @@
 //! Lists scenes and camera paths for an editor, without reading whole scenes.
 
-use crate::library;
 use crate::library::factory::{self, FactoryScene};
-use crate::library::file;
-use crate::worker::Task;
-use crate::worker::lock::lock;
-use crate::worker::repaint::Repaint;
+use crate::library::{self, file};
+use crate::worker::{Task, lock::lock, repaint::Repaint};
 use promenade_core::SceneCard;
 use std::io::Read;
 use std::path::{Path, PathBuf};
@@ -26,13 +23,11 @@ pub struct Listed {
 
 impl Listed {
     /// The file's name without its extension.
-    #[must_use]
     pub fn file_name(&self) -> &str {
         self.path.file_stem().and_then(|name| name.to_str()).unwrap_or_default()
     }
 
     /// The scene's title, or the file's name until that is known.
-    #[must_use]
     pub fn title(&self) -> &str {
         match &self.card {
             Some(Ok(card)) if !card.provenance.title.is_empty() => &card.provenance.title,
@@ -64,13 +59,11 @@ pub struct Lister {
 
 impl Lister {
     /// Nothing listed yet; `repaint` is asked for a picture whenever the list changes.
-    #[must_use]
     pub fn new(repaint: Repaint) -> Arc<Self> {
         Arc::new(Self { newest: Mutex::default(), repaint })
     }
 
     /// What is known so far.
-    #[must_use]
     pub fn newest(&self) -> Arc<Listing> {
         Arc::clone(&lock(&self.newest))
     }

@@ -53,7 +53,6 @@ pub enum LoadError {
 }
 
 /// Folders where an installer for all users of a system puts scenes, whether they are there or not.
-#[must_use]
 pub fn installed_folders() -> Vec<PathBuf> {
     let roots: Vec<PathBuf> = if cfg!(target_os = "macos") {
         vec!["/Library/Application Support".into()]
@@ -69,7 +68,6 @@ pub fn installed_folders() -> Vec<PathBuf> {
 
 /// The folders that hold the user's files: those of `PROMENADE_SCENES`, those of an installer for all users where it has made
 /// them, then `promenade/scenes` in the user's data folder.
-#[must_use]
 pub fn folders() -> Vec<PathBuf> {
     let named = std::env::var_os(FOLDERS_VARIABLE).unwrap_or_default();
     let named = std::env::split_paths(&named).filter(|path| path.is_absolute()).collect::<Vec<_>>();
@@ -78,7 +76,6 @@ pub fn folders() -> Vec<PathBuf> {
 }
 
 /// The place of a file that a user names: as it is, or in the library's own folder where the name has no folder.
-#[must_use]
 pub fn place_of(name: &str) -> PathBuf {
     let path = PathBuf::from(name.trim());
     let own = folders().pop().filter(|_| path.parent().is_some_and(|parent| parent.as_os_str().is_empty()));
@@ -86,7 +83,6 @@ pub fn place_of(name: &str) -> PathBuf {
 }
 
 /// The files with one of these extensions, folder by folder, in order of their names.
-#[must_use]
 pub fn files(folders: &[PathBuf], extensions: &[&str]) -> Vec<PathBuf> {
     let wanted = |name: &str| name.rsplit_once('.').is_some_and(|(_, extension)| extensions.contains(&extension));
     let mut all = Vec::new();
@@ -183,7 +179,6 @@ fn missing(folders: &[PathBuf], wanted: &SceneKey) -> Fault {
 }
 
 /// Whether a file of that name, or one that is built in for it, can be played.
-#[must_use]
 pub fn has_file(folders: &[PathBuf], wanted: &SceneKey) -> bool {
     let file = wanted.file_name();
     let is_there = || wanted.places().iter().any(|path| path.is_file()) || folders.iter().any(|f| f.join(file).is_file());

@@ -23,7 +23,6 @@ pub struct Outline {
 
 impl Outline {
     /// That of a scene's points.
-    #[must_use]
     pub fn of(anchors: &[Anchor]) -> Self {
         let at = |index: usize| anchors[index].position;
         let (mut edges, mut in_rows, mut first) = (Vec::new(), 0, 0);
@@ -61,7 +60,6 @@ impl Outline {
     }
 
     /// The corners of the box about the floor; none where it is not known.
-    #[must_use]
     pub fn plan(&self) -> Option<[Vec2; 2]> {
         let ends = self.floor.as_flattened();
         let first = *ends.first()?;
@@ -69,7 +67,6 @@ impl Outline {
     }
 
     /// Whether a place is between the walls; `None` where they are not known.
-    #[must_use]
     pub fn is_inside(&self, at: Vec3) -> Option<bool> {
         let crosses = |[a, b]: &&[Vec2; 2]| {
             let beside = (a.x > at.x) != (b.x > at.x);
@@ -82,7 +79,6 @@ impl Outline {
     }
 
     /// Whether a place is between the walls and so far away from them on all sides of the plan, metres.
-    #[must_use]
     pub fn is_clear(&self, at: Vec3, margin_m: f32) -> Option<bool> {
         let sides = [(0.0, 0.0), (1.0, 0.0), (-1.0, 0.0), (0.0, 1.0), (0.0, -1.0)];
         let inside = |(x, y): (f32, f32)| self.is_inside(at + margin_m * Vec3::new(x, y, 0.0));

@@ -1,6 +1,6 @@
 //! The key by which a project finds its scene again.
 
-use super::factory::{LOFT_HASH, LOFT_TITLE};
+use super::factory::{LOFT_HASHES, LOFT_TITLE};
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 
@@ -28,19 +28,16 @@ pub struct SceneKey {
 
 impl SceneKey {
     /// The key of the loft that is built in.
-    #[must_use]
     pub fn loft() -> Self {
-        Self { hash: LOFT_HASH.to_owned(), title: LOFT_TITLE.to_owned(), ..Self::default() }
+        Self { hash: LOFT_HASHES[0].to_owned(), title: LOFT_TITLE.to_owned(), ..Self::default() }
     }
 
     /// Whether it names the loft that is built in.
-    #[must_use]
     pub fn is_loft(&self) -> bool {
-        self.hash == LOFT_HASH
+        LOFT_HASHES.contains(&self.hash.as_str())
     }
 
     /// The key of a file with the content of a hash.
-    #[must_use]
     pub fn to_file(path: &Path, hash: String, title: String, slot: u32) -> Self {
         let absolute = std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
         let from_home =
@@ -49,13 +46,11 @@ impl SceneKey {
     }
 
     /// Whether it names a scene.
-    #[must_use]
     pub fn is_some(&self) -> bool {
         !self.hash.is_empty() || !self.absolute.as_os_str().is_empty() || !self.from_home.as_os_str().is_empty()
     }
 
     /// Places where the file should be, best first.
-    #[must_use]
     pub fn places(&self) -> Vec<PathBuf> {
         let home = dirs::home_dir().filter(|_| !self.from_home.as_os_str().is_empty());
         let absolute = Some(self.absolute.clone()).filter(|path| path.is_absolute());
@@ -63,7 +58,6 @@ impl SceneKey {
     }
 
     /// The file's name without its folder; empty if no path is known.
-    #[must_use]
     pub fn file_name(&self) -> &str {
         let named = |path: &'_ Path| path.file_name().is_some();
         let path = if named(&self.absolute) { &self.absolute } else { &self.from_home };

@@ -25,7 +25,6 @@ fn stem_of(name: &str) -> &str {
 
 impl Slots {
     /// A list with one name, in a slot from 1 to [`SLOTS`], with free places before it.
-    #[must_use]
     pub fn with(slot: u32, name: &str) -> Self {
         let place = usize::try_from(slot).ok().filter(|slot| (1..=usize::from(SLOTS)).contains(slot));
         Self(place.filter(|_| !name.is_empty()).map_or_else(Vec::new, |place| {
@@ -53,13 +52,11 @@ impl Slots {
     }
 
     /// The name of the file in a slot, whether it is there or not.
-    #[must_use]
     pub fn name(&self, slot: usize) -> Option<&str> {
         self.0.get(slot.checked_sub(1)?).map(String::as_str).filter(|name| !name.is_empty())
     }
 
     /// The file in a slot, by its number among the library's.
-    #[must_use]
     pub fn file<'a>(&self, slot: usize, files: impl Iterator<Item = &'a Path>) -> Option<usize> {
         let name = self.name(slot)?;
         let before = self.0[..slot - 1].iter().filter(|other| *other == name).count();
@@ -67,19 +64,16 @@ impl Slots {
     }
 
     /// The slot of a file among the library's, by its number.
-    #[must_use]
     pub fn slot<'a>(&self, number: usize, files: impl Iterator<Item = &'a Path> + Clone) -> Option<usize> {
         (1..=self.0.len()).find(|slot| self.file(*slot, files.clone()) == Some(number))
     }
 
     /// A slot as text: the name of its file without the ending.
-    #[must_use]
     pub fn text(&self, slot: usize) -> String {
         self.name(slot).map_or_else(|| format!("Empty slot {slot}"), |name| stem_of(name).to_owned())
     }
 
     /// Texts of all slots, 0 first, which is the project's own; no two are the same.
-    #[must_use]
     pub fn texts(&self, own: &str) -> Vec<String> {
         let mut seen = HashSet::from([own.to_lowercase()]);
         let numbered = (1..=usize::from(SLOTS)).map(|slot| {

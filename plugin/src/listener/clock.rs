@@ -15,7 +15,6 @@ pub struct BlockTime {
 
 impl BlockTime {
     /// Time of the transport at the end of the block, seconds.
-    #[must_use]
     pub fn end_s(&self) -> f64 {
         self.start_s + self.length_s
     }
@@ -37,7 +36,6 @@ pub struct Clock {
 
 impl Clock {
     /// The host's last position, seconds.
-    #[must_use]
     pub fn reported_s(&self) -> Option<f64> {
         self.reported_s
     }

@@ -76,7 +76,6 @@ fn led(key: u64) -> Option<&'static Group> {
 }
 
 /// Whether the group of a key ([`ProjectId::group`](crate::project::project_id::ProjectId::group)) has a leader.
-#[must_use]
 pub fn is_led(key: u64) -> bool {
     led(key).is_some()
 }
@@ -121,7 +120,6 @@ impl Member {
     }
 
     /// Whether this instance leads a group.
-    #[must_use]
     pub fn leads(&self) -> bool {
         self.leads.is_some()
     }
@@ -186,7 +184,6 @@ impl Following {
     ///
     /// # Real-time
     /// Audio thread; no allocation, lock or I/O.
-    #[must_use]
     pub fn pose(&self, time_s: f64) -> Option<Pose> {
         self.held.or_else(|| self.group.at(time_s - self.lag_s))
     }

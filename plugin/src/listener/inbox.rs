@@ -42,7 +42,6 @@ impl Inbox {
     ///
     /// # Real-time
     /// Audio thread; no allocation, lock or I/O.
-    #[must_use]
     pub fn tracked(&self) -> Option<Pose> {
         for _ in 0..TRIES {
             let newest = self.newest.load(Ordering::Acquire);

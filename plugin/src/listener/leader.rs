@@ -1,9 +1,7 @@
 //! A leader as it was saved, to be followed where none leads the group.
 
-use crate::listener::pose_sources::Sources;
-use crate::listener::snapshot::sources_of;
-use crate::parameter::Parameter;
-use crate::parameter::choices::Tracking;
+use crate::listener::{pose_sources::Sources, snapshot::sources_of};
+use crate::parameter::{Parameter, choices::Tracking};
 use crate::project::leader::{MOVING, SavedLeader};
 use crate::project::walk::Walk;
 

@@ -10,15 +10,10 @@ pub(crate) mod ramp;
 pub mod snapshot;
 pub(crate) mod source_paths;
 
-use crate::listener::clock::BlockTime;
 use crate::listener::group::{Following, Member};
-use crate::listener::inbox::Inbox;
-use crate::listener::leader::Leader;
 use crate::listener::pose_sources::{Base, Sources};
-use crate::listener::snapshot::Snapshot;
-use crate::listener::source_paths::SourcePaths;
-use crate::parameter::cast::narrow;
-use crate::parameter::choices::Tracking;
+use crate::listener::{clock::BlockTime, inbox::Inbox, leader::Leader, snapshot::Snapshot, source_paths::SourcePaths};
+use crate::parameter::{cast::narrow, choices::Tracking};
 use crate::project::walk::Walk;
 use promenade_core::Pose;
 use promenade_core::glam::Vec3;

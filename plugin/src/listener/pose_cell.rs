@@ -42,7 +42,6 @@ impl PoseCell {
     ///
     /// # Real-time
     /// Any thread; no allocation, lock or I/O.
-    #[must_use]
     pub fn read(&self) -> Option<(f64, Pose)> {
         for _ in 0..TRIES {
             let before = self.version.load(Ordering::Acquire);

@@ -43,7 +43,6 @@ pub enum Base {
 
 impl Sources {
     /// What the pose comes from, with or without a path and a tracker.
-    #[must_use]
     pub fn base(&self, has_walk: bool, has_tracker: bool) -> Base {
         match (self.tracking, self.follow) {
             (Tracking::Absolute, _) if has_tracker => Base::Tracker,
@@ -58,7 +57,6 @@ impl Sources {
     ///
     /// # Real-time
     /// Audio thread; no allocation, lock or I/O.
-    #[must_use]
     pub fn on(&self, walk: &Walk, time_s: f64) -> Option<Pose> {
         match self.follow {
             Follow::Off => None,
@@ -71,7 +69,6 @@ impl Sources {
     ///
     /// # Real-time
     /// Audio thread; no allocation, lock or I/O.
-    #[must_use]
     pub fn pose(&self, walk: Option<&Walk>, tracked: Option<&Pose>, time_s: f64) -> Pose {
         let on_path = |walk: &Walk| self.on(walk, time_s).unwrap_or(self.knobs);
         let base = match (self.base(walk.is_some(), tracked.is_some()), walk) {

@@ -122,9 +122,9 @@ fn beginning<const FURTHER: usize>(last: &Snapshot<FURTHER>, now: &Snapshot<FURT
     start
 }
 
-/// Where a further source is at a share of the way through a block, 0 to 1, metres from the scene's emitter.
-pub(crate) fn offset_at(from: &FurtherPlace, to: &FurtherPlace, share: f32) -> Vec3 {
-    from.offset.lerp(to.offset, share)
+/// Place and level of a further source at a share of the way through a block, 0 to 1.
+pub(crate) fn place_at(from: &FurtherPlace, to: &FurtherPlace, share: f32) -> FurtherPlace {
+    FurtherPlace { offset: from.offset.lerp(to.offset, share), gain: from.gain + share * (to.gain - from.gain) }
 }
 
 /// The settings at a share of the way through a block, 0 to 1.
@@ -160,7 +160,7 @@ mod tests {
 
     /// Values with the head turned, degrees, and a gain, dB.
     fn values(yaw_deg: f32, gain_db: f32) -> Snapshot<4> {
-        let mut values = Snapshot::of(&PromenadeParams::default().with_further(4));
+        let mut values = Snapshot::of(&PromenadeParams::default().with_further(4), None);
         values.sources.knobs = Pose::from_ypr(Vec3::ZERO, yaw_deg.to_radians(), 0.0, 0.0);
         values.block.gain = 10_f32.powf(gain_db / 20.0);
         values
@@ -219,7 +219,7 @@ mod tests {
         };
         assert_eq!(drawn_out(&[0.0, 0.1, 5.0].map(|x| (at(x), 1024))), [false, true, false]);
         let start = beginning(&at(0.0), &at(0.1), 0.02);
-        assert_eq!(offset_at(&start.further[3], &at(0.1).further[3], 0.5), Vec3::new(0.05, 0.0, 0.0));
+        assert_eq!(place_at(&start.further[3], &at(0.1).further[3], 0.5).offset, Vec3::new(0.05, 0.0, 0.0));
     }
 
     #[test]

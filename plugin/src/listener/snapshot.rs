@@ -1,11 +1,11 @@
 //! The parameters of a block: the one place where they become metres, radians and linear gains.
 
 use crate::listener::pose_sources::Sources;
-use crate::parameter::cast::index;
 use crate::parameter::choices::{Follow, GroupChoice, TierChoice, Tracking};
 use crate::parameter::source_knob::{Part, SourceKnob};
-use crate::parameter::{Parameter, USUAL_LAW_DB};
+use crate::parameter::{Parameter, USUAL_LAW_DB, cast::index};
 use crate::project::params::PromenadeParams;
+use crate::project::scene_frame::{SceneFrame, from_polar};
 use nice_plug::prelude::Enum;
 use promenade_core::glam::Vec3;
 use promenade_core::{BlockParams, EmitterParams, LiveParams, Pose, Trim};
@@ -38,15 +38,15 @@ pub struct FurtherPlace {
 
 impl FurtherPlace {
     /// That of a further source, 0 for the first, from the parameters' plain values.
-    fn of(further: usize, value: impl Fn(Parameter) -> f32) -> Self {
-        let [x, y, z, level] = Part::ALL.map(|part| Parameter::Source(SourceKnob { further, part }));
+    fn of(further: usize, value: impl Fn(Parameter) -> f32, frame: Option<&SceneFrame>) -> Self {
+        let level = Parameter::Source(SourceKnob { further, part: Part::Level });
         let gain = match value(level) {
             // The power of many would take longer than everything else here.
             0.0 => 1.0,
             level_db if level_db <= level.limits().0 => 0.0,
             level_db => 10_f32.powf(level_db / 20.0),
         };
-        Self { offset: Vec3::new(value(x), value(y), value(z)), gain }
+        Self { offset: offset_of(1 + further, value, frame), gain }
     }
 }
 
@@ -55,8 +55,7 @@ impl<const FURTHER: usize> Snapshot<FURTHER> {
     ///
     /// # Real-time
     /// Audio thread; no allocation, lock or I/O.
-    #[must_use]
-    pub fn of(params: &PromenadeParams) -> Self {
+    pub fn of(params: &PromenadeParams, frame: Option<&SceneFrame>) -> Self {
         let value = |parameter| params.heard(parameter);
         let group = GroupChoice::from_index(params.index(Parameter::Group)).number();
         let group = group.map(|number| params.project.group(number));
@@ -72,11 +71,11 @@ impl<const FURTHER: usize> Snapshot<FURTHER> {
                 live: LiveParams { rate_hz: value(Parameter::Rate), wait: false },
                 wet_solo: value(Parameter::WetSolo) > 0.5,
                 trim: trim_of(value),
-                emitters: EmitterParams { offset: emitter_offset_of(value), spread: value(Parameter::Spread).to_radians() },
+                emitters: EmitterParams { offset: offset_of(0, value, frame), spread: value(Parameter::Spread).to_radians() },
             },
             first_gain: if params.sources.is_heard(0) { 1.0 } else { 0.0 },
             further: std::array::from_fn(|number| {
-                let place = FurtherPlace::of(number, value);
+                let place = FurtherPlace::of(number, value, frame);
                 if params.sources.is_heard(1 + number) { place } else { FurtherPlace { gain: 0.0, ..place } }
             }),
         }
@@ -94,6 +93,14 @@ pub fn sources_of(value: impl Fn(Parameter) -> f32) -> Sources {
     }
 }
 
+/// How far a source, 0 for the first, is from the scene's emitter, metres, in the frame of the scene that is played.
+pub fn offset_of(source: usize, value: impl Fn(Parameter) -> f32, frame: Option<&SceneFrame>) -> Vec3 {
+    match frame.filter(|_| value(Parameter::Place) > 0.5) {
+        Some(frame) => frame.to_world(from_polar(Parameter::polar_of(source).map(value))) - frame.emitter,
+        None => Vec3::from_array(Parameter::place_of(source).map(value)),
+    }
+}
+
 /// The pose that position and angle parameters set, from their plain values.
 pub fn pose_of(value: impl Fn(Parameter) -> f32) -> Pose {
     let position = Vec3::new(value(Parameter::X), value(Parameter::Y), value(Parameter::Z));
@@ -102,7 +109,6 @@ pub fn pose_of(value: impl Fn(Parameter) -> f32) -> Pose {
 }
 
 /// The position and angle parameters with the plain values that set a pose, within their limits.
-#[must_use]
 pub fn values_of(pose: &Pose) -> [(Parameter, f32); 6] {
     let (yaw, pitch, roll) = pose.ypr();
     let [yaw, pitch, roll] = [yaw, pitch, roll].map(f32::to_degrees);
@@ -116,11 +122,6 @@ pub fn values_of(pose: &Pose) -> [(Parameter, f32); 6] {
         (Parameter::Roll, roll),
     ];
     values.map(|(parameter, value)| (parameter, parameter.clamp(value)))
-}
-
-/// How far the emitter is moved from its place in the scene, metres, from the parameters' plain values.
-pub fn emitter_offset_of(value: impl Fn(Parameter) -> f32) -> Vec3 {
-    Vec3::new(value(Parameter::Ex), value(Parameter::Ey), value(Parameter::Ez))
 }
 
 /// What the parameters change about the scene's sound, from their plain values.

@@ -9,13 +9,12 @@ mod place;
 pub(super) use self::address::{Part, address_of, parse};
 use self::place::{cartesian, polar, turned, turned_back};
 use super::packet;
-use crate::listener::snapshot::pose_of;
-use crate::parameter::Parameter;
-use crate::parameter::cast::narrow;
+use crate::listener::snapshot::{offset_of, pose_of};
 use crate::parameter::source_knob::{Part as OfSource, SourceKnob};
+use crate::parameter::{Parameter, cast::narrow};
 use crate::project::adm_config::{AdmConfig, METRE_LIMITS};
-use crate::project::exchange::Exchange;
-use crate::project::params::PromenadeParams;
+use crate::project::{exchange::Exchange, params::PromenadeParams, scene_frame::SceneFrame};
+use crate::worker::lock::lock;
 use promenade_core::Pose;
 use promenade_core::glam::Vec3;
 use rosc::{OscBundle, OscMessage, OscPacket, OscTime, OscType};
@@ -51,18 +50,22 @@ impl Values<'_> {
         kept != value
     }
 
+    fn frame(&self) -> SceneFrame {
+        *lock(&self.exchange.frame)
+    }
+
     /// How far a source is from the scene's emitter, metres.
     fn offset(&self, source: usize) -> Vec3 {
-        Vec3::from_array(Parameter::place_of(source).map(|parameter| self.params.heard(parameter)))
+        offset_of(source, |parameter| self.params.heard(parameter), Some(&self.frame()))
     }
 
     /// A place in the scene's world as ADM-OSC writes it, for a distance of 1 in metres.
     fn written(&self, world: Vec3, metres: f32) -> Vec3 {
-        turned(self.exchange.frame.frame().from_world(world) / metres)
+        turned(self.frame().from_world(world) / metres)
     }
 
     fn world(&self, written: Vec3, metres: f32) -> Vec3 {
-        self.exchange.frame.frame().to_world(turned_back(written) * metres)
+        self.frame().to_world(turned_back(written) * metres)
     }
 }
 
@@ -92,15 +95,16 @@ impl AdmObject {
         let offset = values.offset(self.source);
         match self.told {
             Some((then, aed)) if then == offset => aed,
-            _ => polar(values.written(values.exchange.frame.frame().emitter + offset, self.metres(values.config))),
+            _ => polar(values.written(values.frame().emitter + offset, self.metres(values.config))),
         }
     }
 
     /// Moves the object; returns whether it cannot go so far.
     fn place(&mut self, values: &Values, aed: [f32; 3]) -> bool {
         let world = values.world(cartesian(aed), self.metres(values.config));
-        let offset = world - values.exchange.frame.frame().emitter;
-        let mut clamped = false;
+        let offset = world - values.frame().emitter;
+        // What came last is heard.
+        let mut clamped = values.set(Parameter::Place, 0.0);
         for (parameter, value) in Parameter::place_of(self.source).into_iter().zip(offset.to_array()) {
             clamped |= values.set(parameter, value);
         }
@@ -158,7 +162,7 @@ impl AdmObject {
             }
             Part::ListenerYpr => {
                 let [yaw, pitch, roll] = [found[0], found[1], found[2]].map(|value| within(value, (-180.0, 180.0)));
-                let yaw = yaw + values.exchange.frame.frame().yaw.to_degrees();
+                let yaw = yaw + values.frame().yaw.to_degrees();
                 values.set(Parameter::Yaw, (yaw + 180.0).rem_euclid(360.0) - 180.0);
                 clamped |= values.set(Parameter::Pitch, pitch);
                 values.set(Parameter::Roll, roll);
@@ -216,7 +220,7 @@ impl AdmObject {
     fn listener(&self, values: &Values, pose: &Pose) -> (Vec3, [f32; 3]) {
         let place = values.written(pose.position, self.metres(values.config));
         let (yaw, pitch, roll) = pose.ypr();
-        let yaw = (yaw - values.exchange.frame.frame().yaw).to_degrees();
+        let yaw = (yaw - values.frame().yaw).to_degrees();
         (place, [(yaw + 180.0).rem_euclid(360.0) - 180.0, pitch.to_degrees(), roll.to_degrees()])
     }
 }
@@ -246,13 +250,12 @@ pub(super) fn packet_of(objects: &[AdmObject], values: &Values, pose: &Pose) -> 
 mod tests {
     use super::*;
     use crate::osc::value::numbers;
-    use crate::project::scene_frame::SceneFrame;
 
     fn instance() -> (PromenadeParams, Exchange) {
         let exchange = Exchange::default();
         let frame =
             SceneFrame { origin: Vec3::new(2.0, 1.0, 1.5), yaw: 90_f32.to_radians(), emitter: Vec3::new(2.0, 2.5, 1.5) };
-        exchange.frame.set_frame(frame);
+        *lock(&exchange.frame) = frame;
         (PromenadeParams::default(), exchange)
     }
 
@@ -277,7 +280,7 @@ mod tests {
         let (params, exchange) = instance();
         let values = Values { params: &params, exchange: &exchange, config: AdmConfig { object: 1, metres: 4.0 } };
         let mut object = AdmObject::default();
-        let world = |values: &Values| values.offset(0) + values.exchange.frame.frame().emitter;
+        let world = |values: &Values| values.offset(0) + values.frame().emitter;
         let near = |a: Vec3, b: [f32; 3]| assert!((a - Vec3::from(b)).length() < 1e-4, "{a} for {b:?}");
         // The scene's listener begins facing along y: ahead is +y, right is +x, left -x.
         for (part, told, at) in [

@@ -3,9 +3,7 @@
 //! A tracker, or a program gone wild, may send faster than anybody needs. All that has come is read at one go, and of the
 //! messages of one sender at one address only the newest is looked at.
 
-use super::foreign::translated;
-use super::input::Message;
-use super::packet;
+use super::{foreign::translated, input::Message, packet};
 use std::cell::OnceCell;
 use std::collections::HashSet;
 use std::io::{self, ErrorKind};

@@ -2,15 +2,10 @@
 
 use super::address::KEYWORDS;
 use crate::export::clap::parameter_id;
-use crate::parameter::Parameter;
-use crate::parameter::choices::Variants;
-use crate::parameter::row::Row;
-use crate::project::osc_config::OscConfig;
-use crate::project::params::PromenadeParams;
-use crate::tracker::axes::AxisMap;
-use crate::tracker::custom::CustomArguments;
-use crate::tracker::format::TrackerFormat;
+use crate::parameter::{Parameter, choices::Variants, row::Row};
+use crate::project::{osc_config::OscConfig, params::PromenadeParams};
 use crate::tracker::reading::{Argument, FARTHEST_M, Unit};
+use crate::tracker::{axes::AxisMap, custom::CustomArguments, format::TrackerFormat};
 
 fn document(name: &str) -> String {
     std::fs::read_to_string(format!("{}/../docs/{name}", env!("CARGO_MANIFEST_DIR"))).unwrap()

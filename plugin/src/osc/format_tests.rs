@@ -3,13 +3,10 @@
 use super::input::{Message, OscInput};
 use super::packet::encoded;
 use crate::listener::inbox::Inbox;
-use crate::project::exchange::Exchange;
 use crate::project::osc_config::{Interface, OscConfig};
-use crate::project::params::PromenadeParams;
-use crate::tracker::Recenter;
-use crate::tracker::axes::AxisMap;
+use crate::project::{exchange::Exchange, params::PromenadeParams};
 use crate::tracker::custom::{CustomArguments, CustomTracker};
-use crate::tracker::format::TrackerFormat;
+use crate::tracker::{Recenter, axes::AxisMap, format::TrackerFormat};
 use promenade_core::Pose;
 use promenade_core::glam::Vec3;
 use rosc::OscType;

@@ -2,20 +2,14 @@
 
 use super::address::{self, RoomPart, Verb};
 use super::adm::{self, ANSWER_PORT, AdmObject, Values};
-use super::packet;
-use super::status::Counts;
-use super::value;
+use super::{packet, status::Counts, value};
 use crate::budget::limit::set_limit_percent;
 use crate::listener::inbox::Inbox;
-use crate::parameter::Parameter;
-use crate::parameter::cast::narrow;
-use crate::project::adm_config::AdmConfig;
-use crate::project::exchange::Exchange;
+use crate::parameter::{Parameter, cast::narrow};
 use crate::project::osc_config::{Interface, OscConfig};
-use crate::project::params::PromenadeParams;
-use crate::tracker::Recenter;
-use crate::tracker::Tracker;
+use crate::project::{adm_config::AdmConfig, exchange::Exchange, params::PromenadeParams};
 use crate::tracker::reading::{Argument, Reading};
+use crate::tracker::{Recenter, Tracker};
 use crate::worker::lock::lock;
 use promenade_core::Pose;
 use rosc::OscType;

@@ -31,14 +31,11 @@ pub use status::{Counts, Listening, OscStatus, PortStatus, Sending};
 pub use switch::Switch;
 
 use crate::listener::inbox::Inbox;
-use crate::project::exchange::Exchange;
 use crate::project::osc_config::{Interface, OscConfig};
-use crate::project::params::PromenadeParams;
+use crate::project::{exchange::Exchange, params::PromenadeParams};
 use crate::telemetry::Telemetry;
-use crate::tracker::Recenter;
-use crate::tracker::format::TrackerFormat;
-use crate::worker::Task;
-use crate::worker::lock::lock;
+use crate::tracker::{Recenter, format::TrackerFormat};
+use crate::worker::{Task, lock::lock};
 use input::OscInput;
 use outlet::Outlet;
 use permit::Permits;
@@ -86,7 +83,6 @@ impl Task for Osc {
 
 impl Osc {
     /// Opens nothing yet. Restored settings are taken at once, from the first activation on.
-    #[must_use]
     pub fn new(
         params: Arc<PromenadeParams>,
         exchange: Arc<Exchange>,
@@ -169,7 +165,6 @@ impl Osc {
     }
 
     /// What has come in and gone out.
-    #[must_use]
     pub fn status(&self) -> OscStatus {
         let applied = lock(&self.applied);
         let (counts, heard) = self.receiver.report();

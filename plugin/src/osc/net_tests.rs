@@ -1,13 +1,11 @@
 //! Instances on real sockets of this machine.
 
-use super::packet::encoded;
-use super::permit::Permits;
 use super::{Listening, Osc, OscStatus, Sending, port};
+use super::{packet::encoded, permit::Permits};
 use crate::listener::inbox::Inbox;
 use crate::parameter::Parameter;
-use crate::project::adm_config::AdmConfig;
 use crate::project::osc_config::{Interface, OscConfig, OscOut};
-use crate::project::params::PromenadeParams;
+use crate::project::{adm_config::AdmConfig, params::PromenadeParams};
 use crate::telemetry::Telemetry;
 use crate::tracker::format::TrackerFormat;
 use crate::worker::lock::lock;

@@ -1,13 +1,11 @@
 //! The listener's pose, sent to another instance or to a program that draws it.
 
-use super::input::OscInput;
-use super::status::Sending;
 use super::{address, packet};
+use super::{input::OscInput, status::Sending};
 use crate::project::adm_config::AdmConfig;
 use crate::project::osc_config::{OscConfig, OscOut};
 use crate::telemetry::Telemetry;
-use crate::worker::lock::lock;
-use crate::worker::{RESOLVER, SENDER, Task, TaskHandle};
+use crate::worker::{RESOLVER, SENDER, Task, TaskHandle, lock::lock};
 use promenade_core::Pose;
 use rosc::OscType;
 use std::io::{self, ErrorKind};

@@ -1,8 +1,7 @@
 //! Sockets: one per port and process, shared by all instances that listen there, with a thread of its own.
 
-use super::batch::Batch;
-use super::input::OscInput;
 use super::status::{Listening, PortStatus};
+use super::{batch::Batch, input::OscInput};
 use crate::project::osc_config::Interface;
 use crate::worker::lock::lock;
 use std::io::{self, ErrorKind};

@@ -16,7 +16,6 @@ pub struct Switch {
 
 impl Switch {
     /// Opens nothing yet.
-    #[must_use]
     pub fn new(osc: Arc<Osc>) -> Self {
         Self { osc, task: None, on: false }
     }

@@ -1,8 +1,6 @@
 //! Arguments as numbers, and values of parameters in their units or as text.
 
-use crate::parameter::Parameter;
-use crate::parameter::cast::narrow;
-use crate::parameter::choices::Variants;
+use crate::parameter::{Parameter, cast::narrow, choices::Variants};
 use rosc::OscType;
 
 /// Arguments as numbers; arrays are opened.

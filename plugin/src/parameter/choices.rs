@@ -35,7 +35,6 @@ macro_rules! choices {
 
         impl Choice {
             /// What there is to choose from.
-            #[must_use]
             pub fn variants(self) -> Variants {
                 match self {
                     $(Self::$choice => Variants { ids: &[$($id),*], names: &[$($name),*], help: &[$($help),*] },)*
@@ -54,6 +53,14 @@ choices! {
         Position = "position", "Path position", "The listener is where Position says, along the camera path";
         /// The camera path, at the time of the host's transport.
         Transport = "transport", "Transport", "The listener walks the camera path as the host plays";
+    }
+
+    /// Which parameters say where sources are.
+    Place: PlaceChoice {
+        /// Those along the axes.
+        Cartesian = "cartesian", "Cartesian", "x, y and z move the sources from their places in the scene";
+        /// Those of directions.
+        Polar = "polar", "Polar", "Azimuth, elevation and distance put the sources about where the scene's listener starts";
     }
 
     /// How a head tracker is used.
@@ -119,7 +126,6 @@ choices! {
 
 impl GroupChoice {
     /// Index of the group in the process, from 0; `None` without a group.
-    #[must_use]
     pub fn number(self) -> Option<usize> {
         (self as usize).checked_sub(1)
     }

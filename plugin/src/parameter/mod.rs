@@ -10,7 +10,8 @@ pub(crate) mod table;
 pub mod text;
 
 use crate::parameter::choices::{Choice, Variants};
-use crate::parameter::row::{LEVEL, METRES, Row, SLOTS, SlotKind, TURN, Unit, Values, WHOLE};
+use crate::parameter::row::Values::{self, Number, Slot, Switch};
+use crate::parameter::row::{AWAY, LEVEL, METRES, QUARTER, Row, SLOTS, SlotKind, TURN, Unit, WHOLE};
 use crate::parameter::source_knob::{KNOBS, Part, SourceKnob};
 use crate::parameter::table::table;
 use nice_plug::prelude::FloatRange;
@@ -27,19 +28,26 @@ const GROUP: &str = "Group";
 const SCENE: &str = "Scene";
 const REMOTE: &str = "Remote";
 
-/// Declares the parameters, and the number of each.
+/// Declares the parameters: of each its module, its id in saved states, its name in hosts, its values, the value of a new
+/// instance, its label in the editor, and what it does.
 macro_rules! parameters {
-    ($(#[$meta:meta])* pub enum $name:ident: $row:ty {
-        $($(#[$of:meta])* $variant:ident = $value:expr,)* ; $($more:tt)*
+    ($(#[$meta:meta])* pub enum $name:ident {
+        $($(#[$of:meta])* $variant:ident = $module:ident, $id:literal, $host_name:literal, $values:expr, $default:expr,
+            $label:literal, $help:literal;)*
+        | $($more:tt)*
     }) => {
         table! {
             $(#[$meta])*
-            pub enum $name: $row { $($(#[$of])* $variant = $value,)* ; $($more)* }
+            pub enum $name: &'static Row {
+                $($(#[$of])* $variant = &Row {
+                    id: $id, name: $host_name, module: $module, values: $values, default: $default, label: $label, help: $help,
+                },)* ;
+                $($more)*
+            }
         }
 
         impl $name {
             /// Its place in [`Parameter::EVERY`].
-            #[must_use]
             pub fn number(self) -> usize {
                 enum Own {
                     $($variant,)*
@@ -59,197 +67,116 @@ parameters! {
     ///
     /// Its plain value is a number in its unit, a share of 1, the index of a choice, a slot's number, or 0 or 1 for a switch.
     #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-    pub enum Parameter: &'static Row {
+    pub enum Parameter {
         /// Listener position along x of the scene's world, metres.
-        X = &Row {
-            id: "x", name: "Listener X", module: POSE, values: METRES, default: 0.0, label: "x",
-            help: "How far ahead of the room's origin the listener is; drag, or click to type",
-        },
+        X = POSE, "x", "Listener X", METRES, 0.0, "x",
+            "How far ahead of the room's origin the listener is; drag, or click to type";
         /// Listener position along y of the scene's world, metres.
-        Y = &Row {
-            id: "y", name: "Listener Y", module: POSE, values: METRES, default: 0.0, label: "y",
-            help: "How far to the left of the room's origin the listener is",
-        },
+        Y = POSE, "y", "Listener Y", METRES, 0.0, "y", "How far to the left of the room's origin the listener is";
         /// Listener position along z of the scene's world, metres.
-        Z = &Row {
-            id: "z", name: "Listener Z", module: POSE, values: METRES, default: 0.0, label: "z",
-            help: "How far above the room's origin the listener's ears are",
-        },
+        Z = POSE, "z", "Listener Z", METRES, 0.0, "z", "How far above the room's origin the listener's ears are";
         /// Head turn, degrees, positive to the left.
-        Yaw = &Row {
-            id: "yaw", name: "Yaw", module: POSE, values: TURN, default: 0.0, label: "Yaw",
-            help: "Turn of the head, positive to the left",
-        },
+        Yaw = POSE, "yaw", "Yaw", TURN, 0.0, "Yaw", "Turn of the head, positive to the left";
         /// Head tilt, degrees, positive nose up.
-        Pitch = &Row {
-            id: "pitch", name: "Pitch", module: POSE, values: Values::Number(Unit::Degree, -90.0, 90.0), default: 0.0,
-            label: "Pitch",
-            help: "Tilt of the head, positive with the nose up",
-        },
+        Pitch = POSE, "pitch", "Pitch", QUARTER, 0.0, "Pitch",
+            "Tilt of the head, positive with the nose up";
         /// Head tilt, degrees, positive right ear down.
-        Roll = &Row {
-            id: "roll", name: "Roll", module: POSE, values: TURN, default: 0.0, label: "Roll",
-            help: "Tilt of the head, positive with the right ear down",
-        },
+        Roll = POSE, "roll", "Roll", TURN, 0.0, "Roll", "Tilt of the head, positive with the right ear down";
         /// Position along the camera path, share of 1.
-        Path = &Row {
-            id: "path", name: "Path Position", module: PATH, values: WHOLE, default: 0.0, label: "Position",
-            help: "How far along the camera path the listener is, of all the time that it takes, while Path position is \
-                chosen above",
-        },
+        Path = PATH, "path", "Path Position", WHOLE, 0.0, "Position",
+            "How far along the camera path the listener is, of all the time that it takes, while Path position is chosen \
+             above";
         /// What moves the listener: [`choices::Follow`].
-        Follow = &Row {
-            id: "follow", name: "Follow Path", module: PATH, values: Values::Choice(Choice::Follow), default: 0.0,
-            label: "Follow",
-            help: "What moves the listener along its camera path, and sources along paths of their own",
-        },
+        Follow = PATH, "follow", "Follow Path", Values::Choice(Choice::Follow), 0.0, "Follow",
+            "What moves the listener along its camera path, and sources along paths of their own";
         /// Whether position and angles are added to the path's pose, or have no effect while a path is followed.
-        Offset = &Row {
-            id: "offset", name: "Path Offset", module: PATH, values: Values::Switch, default: 0.0,
-            label: "Add position and angles",
-            help: "Moves the listener from the path by its own position and angles",
-        },
+        Offset = PATH, "offset", "Path Offset", Switch, 0.0, "Add position and angles",
+            "Moves the listener from the path by its own position and angles";
         /// How a head tracker is used: [`choices::Tracking`].
-        Tracking = &Row {
-            id: "tracking", name: "Head Tracking", module: POSE, values: Values::Choice(Choice::Tracking), default: 1.0,
-            label: "Tracker",
-            help: "What a head tracker does to the listener",
-        },
+        Tracking = POSE, "tracking", "Head Tracking", Values::Choice(Choice::Tracking), 1.0, "Tracker",
+            "What a head tracker does to the listener";
         /// How far the emitter is moved along x from its place in the scene, metres.
-        Ex = &Row {
-            id: "ex", name: "Emitter Offset X", module: EMITTER, values: METRES, default: 0.0, label: "x",
-            help: "Moves the source ahead from where it was recorded",
-        },
+        Ex = EMITTER, "ex", "Emitter Offset X", METRES, 0.0, "x", "Moves the source ahead from where it was recorded";
         /// How far the emitter is moved along y from its place in the scene, metres.
-        Ey = &Row {
-            id: "ey", name: "Emitter Offset Y", module: EMITTER, values: METRES, default: 0.0, label: "y",
-            help: "Moves the source to the left from where it was recorded",
-        },
+        Ey = EMITTER, "ey", "Emitter Offset Y", METRES, 0.0, "y", "Moves the source to the left from where it was recorded";
         /// How far the emitter is moved along z from its place in the scene, metres.
-        Ez = &Row {
-            id: "ez", name: "Emitter Offset Z", module: EMITTER, values: METRES, default: 0.0, label: "z",
-            help: "Moves the source up from where it was recorded",
-        },
+        Ez = EMITTER, "ez", "Emitter Offset Z", METRES, 0.0, "z", "Moves the source up from where it was recorded";
+        /// Which parameters say where sources are: [`choices::PlaceChoice`].
+        Place = EMITTER, "place", "Source Place", Values::Choice(Choice::Place), 0.0, "Place by",
+            "Which parameters say where sources are: x, y and z, or azimuth, elevation and distance";
+        /// Azimuth of the emitter from where the scene's listener starts, degrees, positive to the left.
+        Azimuth = EMITTER, "azimuth", "Source Azimuth", TURN, 0.0, "Azimuth",
+            "Direction of the source from where the scene's listener starts, positive to the left";
+        /// Its elevation, degrees.
+        Elevation = EMITTER, "elevation", "Source Elevation", QUARTER, 0.0, "Elevation",
+            "Angle of the source above where the scene's listener starts";
+        /// Its distance, metres.
+        Distance = EMITTER, "distance", "Source Distance", AWAY, 1.5, "Distance",
+            "Distance of the source from where the scene's listener starts";
         /// Angle between the emitters of a stereo input's channels, degrees; 0 for one emitter.
-        Spread = &Row {
-            id: "spread", name: "Stereo Spread", module: EMITTER, values: Values::Number(Unit::Degree, 0.0, 180.0),
-            default: 0.0,
-            label: "Stereo",
-            help: "Angle between the sources that play the left and the right channel, where the scene starts: 0 plays both \
-                with one",
-        },
+        Spread = EMITTER, "spread", "Stereo Spread", Number(Unit::Degree, 0.0, 180.0), 0.0, "Stereo",
+            "Angle between the sources that play the left and the right channel, where the scene starts: 0 plays both \
+             with one";
         /// The listener group: [`choices::GroupChoice`].
-        Group = &Row {
-            id: "group", name: "Listener Group", module: GROUP, values: Values::Choice(Choice::Group), default: 0.0,
-            label: "Group",
-            help: "Instances of one group hear with one listener, so that several sources share a room",
-        },
+        Group = GROUP, "group", "Listener Group", Values::Choice(Choice::Group), 0.0, "Group",
+            "Instances of one group hear with one listener, so that several sources share a room";
         /// Whether this instance's listener is that of its group.
-        Lead = &Row {
-            id: "lead", name: "Lead Group", module: GROUP, values: Values::Switch, default: 0.0, label: "Lead the group",
-            help: "The others of the group hear from where this instance's listener is",
-        },
+        Lead = GROUP, "lead", "Lead Group", Switch, 0.0, "Lead the group",
+            "The others of the group hear from where this instance's listener is";
         /// Speed against accuracy: [`choices::TierChoice`].
-        Tier = &Row {
-            id: "tier", name: "Tier", module: SOUND, values: Values::Choice(Choice::Tier), default: 1.0, label: "Quality",
-            help: "Speed against accuracy; hosts call it Tier. What is grey, this scene does not have",
-        },
+        Tier = SOUND, "tier", "Tier", Values::Choice(Choice::Tier), 1.0, "Quality",
+            "Speed against accuracy; hosts call it Tier. What is grey, this scene does not have";
         /// Decodes a second of the tiers High and Reference while the listener moves, hertz.
-        Rate = &Row {
-            id: "rate", name: "Decode Rate", module: SOUND, values: Values::Number(Unit::Hertz, 5.0, 100.0), default: 40.0,
-            label: "Updates",
-            help: "How often High and Reference work out the sound of a moving listener, times a second; they fade in between",
-        },
+        Rate = SOUND, "rate", "Decode Rate", Number(Unit::Hertz, 5.0, 100.0), 40.0, "Updates",
+            "How often High and Reference work out the sound of a moving listener, times a second; they fade in between";
         /// Share of the rendered sound, of 1.
-        Mix = &Row {
-            id: "mix", name: "Dry/Wet", module: SOUND, values: WHOLE, default: 1.0, label: "Mix",
-            help: "Share of the room's sound; the rest is the track as it came, delayed to match",
-        },
+        Mix = SOUND, "mix", "Dry/Wet", WHOLE, 1.0, "Mix",
+            "Share of the room's sound; the rest is the track as it came, delayed to match";
         /// Output gain, dB.
-        Gain = &Row {
-            id: "gain", name: "Output Gain", module: SOUND, values: LEVEL, default: 0.0, label: "Gain",
-            help: "Makes everything louder or softer, in decibels",
-        },
+        Gain = SOUND, "gain", "Output Gain", LEVEL, 0.0, "Gain", "Makes everything louder or softer, in decibels";
         /// Level of the direct sound, dB; the least is silence, as of the next two.
-        Direct = &Row {
-            id: "direct", name: "Direct Level", module: SOUND, values: LEVEL, default: 0.0, label: "Direct",
-            help: "Level of what comes straight from the source; -60 dB is silence",
-        },
+        Direct = SOUND, "direct", "Direct Level", LEVEL, 0.0, "Direct",
+            "Level of what comes straight from the source; -60 dB is silence";
         /// Level of the early reflections, dB.
-        Early = &Row {
-            id: "early", name: "Early Level", module: SOUND, values: LEVEL, default: 0.0, label: "Early",
-            help: "Level of the walls' echoes in the first 80 milliseconds; -60 dB is silence",
-        },
+        Early = SOUND, "early", "Early Level", LEVEL, 0.0, "Early",
+            "Level of the walls' echoes in the first 80 milliseconds; -60 dB is silence";
         /// Level of the late sound, dB.
-        Late = &Row {
-            id: "late", name: "Late Level", module: SOUND, values: LEVEL, default: 0.0, label: "Late",
-            help: "Level of what the room still says after 80 milliseconds; -60 dB is silence",
-        },
+        Late = SOUND, "late", "Late Level", LEVEL, 0.0, "Late",
+            "Level of what the room still says after 80 milliseconds; -60 dB is silence";
         /// Reverberation time as a multiple of the scene's, of 1.
-        Decay = &Row {
-            id: "decay", name: "Decay", module: SOUND, values: Values::Number(Unit::Share, 0.5, 2.0), default: 1.0,
-            label: "Decay",
-            help: "How long the room rings, of the time that it takes as it is",
-        },
+        Decay = SOUND, "decay", "Decay", Number(Unit::Share, 0.5, 2.0), 1.0, "Decay",
+            "How long the room rings, of the time that it takes as it is";
         /// What the direct sound loses each time the distance doubles, dB.
-        Law = &Row {
-            id: "law", name: "Distance Law", module: SOUND, values: Values::Number(Unit::Decibel, 0.0, 12.0),
-            default: USUAL_LAW_DB,
-            label: "Distance",
-            help: "What the straight sound loses each time the source is twice as far: 6 dB in the open, 0 for none",
-        },
+        Law = SOUND, "law", "Distance Law", Number(Unit::Decibel, 0.0, 12.0), USUAL_LAW_DB, "Distance",
+            "What the straight sound loses each time the source is twice as far: 6 dB in the open, 0 for none";
         /// Level of the difference between the ears in the room's sound, of 1.
-        Width = &Row {
-            id: "width", name: "Room Width", module: SOUND, values: Values::Number(Unit::Share, 0.0, 2.0), default: 1.0,
-            label: "Width",
-            help: "How unlike both ears hear the room: 0 % the same, 100 % as it is; the straight sound stays",
-        },
+        Width = SOUND, "width", "Room Width", Number(Unit::Share, 0.0, 2.0), 1.0, "Width",
+            "How unlike both ears hear the room: 0 % the same, 100 % as it is; the straight sound stays";
         /// Below this frequency the bass is taken off, hertz; 0 for not.
-        LowCut = &Row {
-            id: "lowcut", name: "Low Cut", module: SOUND, values: Values::Number(Unit::Hertz, 0.0, 500.0), default: 0.0,
-            label: "Low cut",
-            help: "Takes the bass off below this frequency, 12 dB an octave, before the room; 0 takes nothing off",
-        },
+        LowCut = SOUND, "lowcut", "Low Cut", Number(Unit::Hertz, 0.0, 500.0), 0.0, "Low cut",
+            "Takes the bass off below this frequency, 12 dB an octave, before the room; 0 takes nothing off";
         /// Whether neither the dry nor the direct sound is heard.
-        WetSolo = &Row {
-            id: "wetsolo", name: "Wet Solo", module: SOUND, values: Values::Switch, default: 0.0, label: "Wet solo",
-            help: "The room alone, as on a send: neither the track as it came nor the straight sound",
-        },
+        WetSolo = SOUND, "wetsolo", "Wet Solo", Switch, 0.0, "Wet solo",
+            "The room alone, as on a send: neither the track as it came nor the straight sound";
         /// Whether the dry sound passes, delayed by the latency.
-        Bypass = &Row {
-            id: "bypass", name: "Bypass", module: SOUND, values: Values::Switch, default: 0.0, label: "Bypass",
-            help: "Plays the track without the room, delayed as much as with it",
-        },
+        Bypass = SOUND, "bypass", "Bypass", Switch, 0.0, "Bypass",
+            "Plays the track without the room, delayed as much as with it";
         /// Where the scene comes from: [`choices::SceneChoice`].
-        Scene = &Row {
-            id: "scene", name: "Scene", module: SCENE, values: Values::Choice(Choice::Scene), default: 2.0, label: "Scene",
-            help: "The room that is played",
-        },
+        Scene = SCENE, "scene", "Scene", Values::Choice(Choice::Scene), 2.0, "Scene", "The room that is played";
         /// Scene file of the library, 0 for the one saved with the project.
-        Slot = &Row {
-            id: "slot", name: "Library Scene", module: SCENE, values: Values::Slot(SlotKind::Scene), default: 0.0,
-            label: "File",
-            help: "Which file of the library is played; 0 is the project's own",
-        },
+        Slot = SCENE, "slot", "Library Scene", Slot(SlotKind::Scene), 0.0, "File",
+            "Which file of the library is played; 0 is the project's own";
         /// Camera path file of the library, 0 for the one saved with the project.
-        Walk = &Row {
-            id: "walk", name: "Library Path", module: PATH, values: Values::Slot(SlotKind::Walk), default: 0.0, label: "Path",
-            help: "Which camera path is used: the project's own, or a file of the library",
-        },
+        Walk = PATH, "walk", "Library Path", Slot(SlotKind::Walk), 0.0, "Path",
+            "Which camera path is used: the project's own, or a file of the library";
         /// Whether Open Sound Control is received.
-        Osc = &Row {
-            id: "osc", name: "Open Sound Control", module: REMOTE, values: Values::Switch, default: 0.0,
-            label: "Listen at port",
-            help: "Takes messages of head trackers and remote controls at this port (UDP)",
-        },
+        Osc = REMOTE, "osc", "Open Sound Control", Switch, 0.0, "Listen at port",
+            "Takes messages of head trackers and remote controls at this port (UDP)";
         /// How late the sound is: [`choices::LatencyChoice`].
-        Latency = &Row {
-            id: "latency", name: "Latency", module: SOUND, values: Values::Choice(Choice::Latency), default: 0.0,
-            label: "Latency",
-            help: "How much later the sound comes out than it went in; hosts that make up for it start anew after a change. \
-                Presets and undo leave it as it is",
-        },
-        ;
+        Latency = SOUND, "latency", "Latency", Values::Choice(Choice::Latency), 0.0, "Latency",
+            "How much later the sound comes out than it went in; hosts that make up for it start anew after a change. \
+             Presets and undo leave it as it is";
+        |
         /// Of a further source; only instances of many sources have those.
         Source(SourceKnob) = SourceKnob::row
     }
@@ -270,11 +197,20 @@ impl Parameter {
     };
 
     /// Those of a source's place along x, y and z, 0 for the first source.
-    #[must_use]
     pub fn place_of(source: usize) -> [Self; 3] {
         match source.checked_sub(1) {
             None => [Self::Ex, Self::Ey, Self::Ez],
             Some(further) => [Part::X, Part::Y, Part::Z].map(|part| Self::Source(SourceKnob { further, part })),
+        }
+    }
+
+    /// The azimuth, elevation and distance of a source, 0 for the first.
+    pub fn polar_of(source: usize) -> [Self; 3] {
+        match source.checked_sub(1) {
+            None => [Self::Azimuth, Self::Elevation, Self::Distance],
+            Some(further) => {
+                [Part::Azimuth, Part::Elevation, Part::Distance].map(|part| Self::Source(SourceKnob { further, part }))
+            }
         }
     }
 
@@ -284,55 +220,46 @@ impl Parameter {
     }
 
     /// The id in saved states, in presets and in addresses of Open Sound Control; it never changes.
-    #[must_use]
     pub fn id(self) -> &'static str {
         self.row().id
     }
 
     /// The parameter of an id.
-    #[must_use]
     pub fn of_id(id: &str) -> Option<Self> {
         Self::EVERY.into_iter().find(|parameter| parameter.id() == id)
     }
 
     /// The unit in which values are written; empty for choices, switches and slots.
-    #[must_use]
     pub fn unit(self) -> &'static str {
         if let Values::Number(unit, ..) = self.row().values { unit.suffix().trim_start() } else { "" }
     }
 
     /// Whether it is a share of 1, written in per cent.
-    #[must_use]
     pub fn is_share(self) -> bool {
         matches!(self.row().values, Values::Number(Unit::Share, ..))
     }
 
     /// Whether its values are whole numbers.
-    #[must_use]
     pub fn is_whole(self) -> bool {
         !matches!(self.row().values, Values::Number(..))
     }
 
     /// Whether its range is a circle: the greatest value is the least again.
-    #[must_use]
     pub fn is_periodic(self) -> bool {
         self.row().values == TURN
     }
 
     /// Whether it is on or off.
-    #[must_use]
     pub fn is_switch(self) -> bool {
         self.row().values == Values::Switch
     }
 
     /// What there is to choose from; `None` for what is no choice.
-    #[must_use]
     pub fn variants(self) -> Option<Variants> {
         if let Values::Choice(choice) = self.row().values { Some(choice.variants()) } else { None }
     }
 
     /// The least and the greatest plain value.
-    #[must_use]
     pub fn limits(self) -> (f32, f32) {
         match self.row().values {
             Values::Number(_, least, greatest) => (least, greatest),
@@ -343,7 +270,6 @@ impl Parameter {
     }
 
     /// The nearest value within the limits, whole where only whole ones count; the least for what is no number.
-    #[must_use]
     pub fn clamp(self, value: f32) -> f32 {
         let (least, greatest) = self.limits();
         let value = if value.is_finite() { value.clamp(least, greatest) } else { least };
@@ -351,14 +277,12 @@ impl Parameter {
     }
 
     /// A plain value as a share of the range, 0 to 1.
-    #[must_use]
     pub fn normalized(self, plain: f32) -> f32 {
         let (least, greatest) = self.limits();
         ((plain - least) / (greatest - least)).clamp(0.0, 1.0)
     }
 
     /// The range of a continuous parameter, in plain values, linear: decibels too, so that a fader's steps are even.
-    #[must_use]
     pub fn range(self) -> FloatRange {
         let (min, max) = self.limits();
         FloatRange::Linear { min, max }
@@ -370,8 +294,7 @@ mod tests {
     use super::*;
     use crate::export::pages::InModules;
     use crate::parameter::source_knob::MOST_FURTHER;
-    use crate::project::params::PromenadeParams;
-    use crate::project::state::saved_value;
+    use crate::project::{params::PromenadeParams, state::saved_value};
     use nice_plug::plugin::ParamValue;
     use nice_plug::prelude::Params;
     use std::sync::Arc;

@@ -52,10 +52,7 @@ impl PersistentField<'_, BTreeMap<String, f32>> for Remote {
         Parameter::EVERY.into_iter().for_each(|parameter| self.clear(parameter));
     }
 
-    fn map<F, R>(&self, f: F) -> R
-    where
-        F: Fn(&BTreeMap<String, f32>) -> R,
-    {
+    fn map<F: Fn(&BTreeMap<String, f32>) -> R, R>(&self, f: F) -> R {
         let pending = |parameter: Parameter| {
             // Parameters that the instance has not got have none either.
             if self.values[parameter.number()].word.load(Ordering::Acquire) == NONE {

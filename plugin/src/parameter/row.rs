@@ -63,7 +63,6 @@ pub enum Unit {
 
 impl Unit {
     /// As it stands behind a number, with the space between them.
-    #[must_use]
     pub fn suffix(self) -> &'static str {
         match self {
             Self::Metre => " m",
@@ -75,7 +74,6 @@ impl Unit {
     }
 
     /// Digits behind the point, as hosts show them.
-    #[must_use]
     pub fn digits(self) -> usize {
         match self {
             Self::Metre => 3,
@@ -91,5 +89,9 @@ pub(super) const METRES: Values = Values::Number(Unit::Metre, -50.0, 50.0);
 pub(super) const LEVEL: Values = Values::Number(Unit::Decibel, -60.0, 12.0);
 /// A full turn.
 pub(super) const TURN: Values = Values::Number(Unit::Degree, -180.0, 180.0);
+/// From straight below to straight above.
+pub(super) const QUARTER: Values = Values::Number(Unit::Degree, -90.0, 90.0);
+/// A distance.
+pub(super) const AWAY: Values = Values::Number(Unit::Metre, 0.0, 100.0);
 /// A share of a whole.
 pub(super) const WHOLE: Values = Values::Number(Unit::Share, 0.0, 1.0);

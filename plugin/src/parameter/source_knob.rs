@@ -1,6 +1,6 @@
 //! The parameters of further sources, which instances of many sources have beside their own.
 
-use crate::parameter::row::{LEVEL, METRES, Row};
+use crate::parameter::row::{AWAY, LEVEL, METRES, QUARTER, Row, TURN};
 
 /// The most further sources of an instance.
 pub const MOST_FURTHER: usize = 63;
@@ -20,11 +20,17 @@ pub enum Part {
     Z,
     /// Its level, dB; the least is silence.
     Level,
+    /// Its azimuth from where the scene's listener starts, degrees, positive to the left.
+    Azimuth,
+    /// Its elevation, degrees.
+    Elevation,
+    /// Its distance, metres.
+    Distance,
 }
 
 impl Part {
     /// All of them, in the order of their parameters.
-    pub const ALL: [Self; 4] = [Self::X, Self::Y, Self::Z, Self::Level];
+    pub const ALL: [Self; 7] = [Self::X, Self::Y, Self::Z, Self::Level, Self::Azimuth, Self::Elevation, Self::Distance];
 }
 
 /// A parameter of a further source.
@@ -36,30 +42,38 @@ pub struct SourceKnob {
     pub part: Part,
 }
 
-/// Rows of the parameters of each source, and the sources' names; users count the first input's as 1.
+/// A row of a source, which users count from 1.
+macro_rules! row {
+    ($n:literal, $id:literal, $name:literal, $values:expr, $default:expr, $label:literal, $help:literal) => {
+        Row {
+            id: concat!($id, $n),
+            name: concat!("Source ", $n, $name),
+            module: concat!("Source ", $n),
+            values: $values,
+            default: $default,
+            label: $label,
+            help: $help,
+        }
+    };
+}
+
+/// Rows of the parameters of each source, and the sources' names.
 macro_rules! sources {
     ($($number:literal)*) => {
         static ROWS: [[Row; Part::ALL.len()]; MOST_FURTHER] = [$([
-            Row {
-                id: concat!("ex", $number), name: concat!("Source ", $number, " Offset X"), module: concat!("Source ", $number),
-                values: METRES, default: at_first($number).0, label: "x",
-                help: "Moves this source ahead from the place of the scene's source",
-            },
-            Row {
-                id: concat!("ey", $number), name: concat!("Source ", $number, " Offset Y"), module: concat!("Source ", $number),
-                values: METRES, default: at_first($number).1, label: "y",
-                help: "Moves this source to the left from the place of the scene's source",
-            },
-            Row {
-                id: concat!("ez", $number), name: concat!("Source ", $number, " Offset Z"), module: concat!("Source ", $number),
-                values: METRES, default: 0.0, label: "z",
-                help: "Moves this source up from the place of the scene's source",
-            },
-            Row {
-                id: concat!("level", $number), name: concat!("Source ", $number, " Level"), module: concat!("Source ", $number),
-                values: LEVEL, default: 0.0, label: "Level",
-                help: "How loud this source's input is taken; all the way down it is silent",
-            },
+            row!($number, "ex", " Offset X", METRES, at_first($number).0, "x",
+                "Moves this source ahead from the place of the scene's source"),
+            row!($number, "ey", " Offset Y", METRES, at_first($number).1, "y",
+                "Moves this source to the left from the place of the scene's source"),
+            row!($number, "ez", " Offset Z", METRES, 0.0, "z", "Moves this source up from the place of the scene's source"),
+            row!($number, "level", " Level", LEVEL, 0.0, "Level",
+                "How loud this source's input is taken; all the way down it is silent"),
+            row!($number, "azimuth", " Azimuth", TURN, at_first_polar($number).0, "Azimuth",
+                "Direction of this source from where the scene's listener starts, positive to the left"),
+            row!($number, "elevation", " Elevation", QUARTER, 0.0, "Elevation",
+                "Angle of this source above where the scene's listener starts"),
+            row!($number, "distance", " Distance", AWAY, at_first_polar($number).1, "Distance",
+                "Distance of this source from where the scene's listener starts"),
         ],)*];
         /// Names of the sources and of their inputs.
         pub const SOURCES: [&str; MOST_FURTHER] = [$(concat!("Source ", $number),)*];
@@ -83,6 +97,16 @@ const fn at_first(number: usize) -> (f32, f32) {
     (-2.7 - 0.8 * (beyond / 8) as f32, side * 0.5 * (1 + beyond % 8 / 2) as f32)
 }
 
+/// Its azimuth and distance at first, degrees and metres, by turns to the left and to the right: on the same arc, then on
+/// rings behind the listener.
+const fn at_first_polar(number: usize) -> (f32, f32) {
+    let side = if number.is_multiple_of(2) { 1.0 } else { -1.0 };
+    match number.checked_sub(2 * ARC.len() + 2) {
+        None => (side * 11.25 * (number / 2) as f32, 1.5),
+        Some(beyond) => (side * (101.25 + 10.0 * (beyond % 16 / 2) as f32), 1.5 + 0.45 * (beyond / 16) as f32),
+    }
+}
+
 sources!(
     2 3 4 5 6 7 8 9 10 11 12 13 14 15 16 17 18 19 20 21 22 23 24 25 26 27 28 29 30 31 32 33 34 35 36 37 38 39 40 41 42 43 44
     45 46 47 48 49 50 51 52 53 54 55 56 57 58 59 60 61 62 63 64
@@ -102,13 +126,11 @@ pub const KNOBS: [SourceKnob; MOST_FURTHER * Part::ALL.len()] = {
 
 impl SourceKnob {
     /// Its number among [`KNOBS`].
-    #[must_use]
     pub fn number(self) -> usize {
         self.further * Part::ALL.len() + self.part as usize
     }
 
     /// What there is to know about it.
-    #[must_use]
     pub(super) fn row(self) -> &'static Row {
         &ROWS[self.further][self.part as usize]
     }

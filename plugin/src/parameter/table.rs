@@ -18,7 +18,6 @@ macro_rules! table {
             pub const ALL: [Self; [$(stringify!($variant)),*].len()] = [$(Self::$variant),*];
 
             /// What there is to know about it.
-            #[must_use]
             pub fn row(self) -> $row {
                 match self {
                     $(Self::$variant => $value,)*

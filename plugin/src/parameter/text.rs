@@ -15,7 +15,6 @@ fn spellings(unit: Unit) -> &'static [(&'static str, f64)] {
 }
 
 /// The plain value of a text; `None` for what is no number in the unit. A whole turn goes round, and `-inf` is the least level.
-#[must_use]
 pub fn number(values: Values, text: &str) -> Option<f32> {
     let Values::Number(unit, least, greatest) = values else { return None };
     let text = text.trim().to_lowercase().replace('\u{2212}', "-").replace(',', ".");

@@ -2,8 +2,7 @@
 
 use crate::history::user_state::UserState;
 use crate::library::cache;
-use crate::playing::loader::Loader;
-use crate::playing::output::Output;
+use crate::playing::{loader::Loader, output::Output};
 use crate::project::params::PromenadeParams;
 use promenade_core::Scene;
 use promenade_core::glam::Vec3;

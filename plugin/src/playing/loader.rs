@@ -15,13 +15,11 @@ use crate::project::params::PromenadeParams;
 use crate::project::source_walks::{SavedSourceWalks, SourceWalks};
 use crate::project::walk::{SavedWalk, Walk};
 use crate::telemetry::attention::Attention;
-use crate::worker::Task;
-use crate::worker::lock::lock;
-use crate::worker::repaint::Repaint;
+use crate::worker::{Task, lock::lock, repaint::Repaint};
 use crossbeam_queue::ArrayQueue;
 use promenade_core::headphones::{HeadphoneFilter, Headphones};
 use promenade_core::{Emitters, Scene};
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::atomic::{AtomicU32, AtomicU64, AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, Weak};
 use std::time::Instant;
 
@@ -59,6 +57,10 @@ pub struct Loader {
     pub exchange: Arc<Exchange>,
     /// Bits of the host's sample rate, Hz; 0 before activation.
     sample_rate_bits: AtomicU64,
+    /// Its number among those of the process.
+    number: usize,
+    /// Samples of the longest block that is played live, 0 where none is.
+    live_block: AtomicU32,
     /// What comes out of the instance.
     output: Mutex<Output>,
     last_scene: Mutex<Option<Served>>,
@@ -105,10 +107,12 @@ struct Current {
 
 impl Loader {
     /// Loads nothing yet.
-    #[must_use]
     pub fn new(params: Arc<PromenadeParams>) -> Arc<Self> {
+        static NEXT: AtomicUsize = AtomicUsize::new(0);
         let loader = Arc::new(Self {
             params,
+            number: NEXT.fetch_add(1, Ordering::Relaxed),
+            live_block: AtomicU32::new(0),
             exchange: Arc::default(),
             sample_rate_bits: AtomicU64::new(0),
             output: Mutex::default(),
@@ -140,6 +144,11 @@ impl Loader {
             drop(loader.leaders.force_push(saved.map(|saved| Arc::new(Leader::from(&saved)))));
         });
         loader
+    }
+
+    /// Notes the longest block that the host plays live from the next activation on, samples; 0 where it renders offline.
+    pub fn play_live(&self, block: u32) {
+        self.live_block.store(block, Ordering::Release);
     }
 
     /// Takes the host's sample rate and layout, tries again what failed, and loads what the parameters choose unless it is
@@ -192,7 +201,6 @@ impl Loader {
     ///
     /// # Real-time
     /// Audio thread; no allocation, lock or I/O.
-    #[must_use]
     pub fn choices(&self) -> Choices {
         self.exchange.choices(&self.params)
     }

@@ -19,9 +19,7 @@ use crate::listener::leader::Leader;
 use crate::playing::gap::Gap;
 use crate::playing::loader::{Loader, Prepared, Retired};
 use crate::playing::output::{Output, Pairs};
-use crate::project::exchange::Choices;
-use crate::project::source_walks::SourceWalks;
-use crate::project::walk::Walk;
+use crate::project::{exchange::Choices, scene_frame::SceneFrame, source_walks::SourceWalks, walk::Walk};
 use crate::worker::{LOADER, TaskHandle};
 use nice_plug::nice_error;
 use promenade_core::Spatializer;
@@ -149,6 +147,11 @@ impl Playing {
         self.spatializers.first()
     }
 
+    /// Where the listener of the scene that is played starts, and where its emitter is.
+    pub(crate) fn frame(&self) -> Option<SceneFrame> {
+        Some(SceneFrame::of(self.spatializer()?.renderer()?.scene()))
+    }
+
     /// Where the scene has its emitter, if it knows that, metres.
     pub(crate) fn emitter(&self) -> Option<Vec3> {
         self.spatializer()?.renderer()?.scene().emitter()
@@ -243,29 +246,23 @@ impl Playing {
                 }
             }
         }
-        if held.is_none()
-            && let Some(walk) = self.loader.walks.pop()
-        {
-            *held = std::mem::replace(&mut self.walk, walk).and_then(|old| retire(Retired::Walk(old)));
+        macro_rules! receive {
+            ($queue:ident, $kind:ident, |$new:ident| $old:expr) => {
+                if held.is_none()
+                    && let Some($new) = self.loader.$queue.pop()
+                {
+                    *held = $old.and_then(|old| retire(Retired::$kind(old)));
+                }
+            };
         }
-        if held.is_none()
-            && let Some(walks) = self.loader.source_walks.pop()
-        {
-            *held = self.source_walks.replace(walks).and_then(|old| retire(Retired::SourceWalks(old)));
-        }
-        if held.is_none()
-            && let Some(leader) = self.loader.leaders.pop()
-        {
-            *held = std::mem::replace(&mut self.leader, leader).and_then(|old| retire(Retired::Leader(old)));
-        }
+        receive!(walks, Walk, |walk| std::mem::replace(&mut self.walk, walk));
+        receive!(source_walks, SourceWalks, |walks| self.source_walks.replace(walks));
+        receive!(leaders, Leader, |leader| std::mem::replace(&mut self.leader, leader));
         if held.is_none() {
             *held = self.headphones.take_retired().and_then(|filter| retire(Retired::Headphones(filter)));
         }
-        if held.is_none()
-            && self.headphones.is_free()
-            && let Some(filter) = self.loader.headphones.pop()
-        {
-            *held = self.headphones.swap_in(filter).and_then(|filter| retire(Retired::Headphones(filter)));
+        if self.headphones.is_free() {
+            receive!(headphones, Headphones, |filter| self.headphones.swap_in(filter));
         }
         hands_back
     }

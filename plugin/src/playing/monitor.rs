@@ -1,12 +1,9 @@
 //! The audio thread's end of the telemetry: collects what an open editor shows.
 
-use crate::listener::HeardPose;
-use crate::listener::clock::BlockTime;
-use crate::listener::snapshot::Snapshot;
+use crate::listener::{HeardPose, clock::BlockTime, snapshot::Snapshot};
 use crate::parameter::cast::narrow;
 use crate::playing::Playing;
-use crate::telemetry::loudness::SoundWriter;
-use crate::telemetry::{Frame, Telemetry, raise};
+use crate::telemetry::{Frame, Telemetry, loudness::SoundWriter, raise};
 use crate::worker::repaint::Repaint;
 use promenade_core::{Spatializer, Voice};
 use std::sync::Arc;
@@ -65,7 +62,7 @@ impl<const FURTHER: usize> Monitor<FURTHER> {
     pub(crate) fn measure_further(&mut self, further: &[Voice<'_>]) {
         if self.telemetry.watched.is_on() {
             for (number, source) in further.iter().enumerate() {
-                let peak = peak(source.input);
+                let peak = source.level * peak(source.input);
                 raise(&mut self.frame.input_peak, [peak, 0.0]);
                 let held = &mut self.frame.source_peaks[1 + number];
                 *held = held.max(peak);

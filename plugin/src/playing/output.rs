@@ -62,13 +62,11 @@ pub enum Output {
 
 impl Output {
     /// That of so many channels.
-    #[must_use]
     pub fn of_channels(count: usize) -> Self {
         order_of(count).map_or(Self::Binaural, Self::Ambisonic)
     }
 
     /// Pairs of channels that are rendered; of an odd number the last pair's second channel goes nowhere.
-    #[must_use]
     pub fn pairs(self) -> usize {
         match self {
             Self::Binaural => 1,
@@ -80,7 +78,6 @@ impl Output {
     ///
     /// # Real-time
     /// Not real-time safe: allocates.
-    #[must_use]
     pub fn spatializers(self, sample_rate_hz: f64) -> Vec<Spatializer> {
         let one = |pair| match self {
             Self::Binaural => Spatializer::new(sample_rate_hz),
@@ -123,13 +120,11 @@ impl Pairs {
     }
 
     /// How many there are.
-    #[must_use]
     pub fn count(&self) -> usize {
         self.0.iter().flatten().count()
     }
 
     /// The first of them.
-    #[must_use]
     pub fn first(&self) -> Option<&Emitters> {
         self.0[0].as_deref()
     }

@@ -3,8 +3,7 @@
 use crate::parameter::cast::{narrow, whole};
 use crate::parameter::choices::LatencyChoice;
 use crate::project::walk::SavedWalk;
-use crate::worker::flag::Flag;
-use crate::worker::lock::lock;
+use crate::worker::{flag::Flag, lock::lock};
 use crossbeam_queue::ArrayQueue;
 use nice_plug::prelude::Enum;
 use promenade_audio::sound::Sound;
@@ -23,7 +22,6 @@ pub const LATENCIES: &str = "frame, 64 or none";
 static PLAYER: OnceLock<Player> = OnceLock::new();
 
 /// The process's player, if it was set up: in the standalone program only.
-#[must_use]
 pub fn player() -> Option<&'static Player> {
     PLAYER.get()
 }
@@ -95,7 +93,6 @@ impl Player {
     }
 
     /// The camera path that an instance begins with.
-    #[must_use]
     pub fn walk(&self) -> Option<&SavedWalk> {
         self.walk.get()
     }
@@ -108,7 +105,6 @@ impl Player {
     }
 
     /// The latency that an instance begins with.
-    #[must_use]
     pub fn latency(&self) -> LatencyChoice {
         self.latency.get().copied().unwrap_or(LatencyChoice::Frame)
     }
@@ -236,8 +232,7 @@ mod tests {
 
     #[test]
     fn an_instance_walks_along_the_path_that_it_is_started_with() {
-        use crate::parameter::Parameter;
-        use crate::parameter::choices::Follow;
+        use crate::parameter::{Parameter, choices::Follow};
         use crate::project::params::PromenadeParams;
         let player = Player::new();
         let still = PromenadeParams::beginning_on(player.walk());

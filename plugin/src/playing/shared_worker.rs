@@ -2,8 +2,8 @@
 //! scene.
 
 use crate::telemetry::attention::{Attention, AttentionWeights};
-use crate::worker::lock::lock;
-use crate::worker::{DECODER, Task, TaskHandle};
+use crate::worker::shared::{OfScene, Shared};
+use crate::worker::{DECODER, Task, TaskHandle, lock::lock};
 use crossbeam_queue::ArrayQueue;
 use promenade_core::decode::CloudDecoder;
 use promenade_core::{DecodeWorker, Decoded, Pose, Scene};
@@ -15,11 +15,8 @@ const RESULTS: usize = 4;
 /// How long an offline render sleeps between two polls for its result.
 const POLL: Duration = Duration::from_micros(50);
 
-/// A decoder and the scene that it is for, as long as an instance plays it.
-type Cached = (Weak<Scene>, Weak<Mutex<CloudDecoder>>);
-
-/// Decoders of the scenes that are played in this process.
-static DECODERS: Mutex<Vec<Cached>> = Mutex::new(Vec::new());
+/// Decoders of scenes.
+static DECODERS: Shared<OfScene, Mutex<CloudDecoder>> = Shared::new();
 
 /// What was decoded for the request of a number, so that the result of an older request is recognised.
 struct Numbered {
@@ -139,13 +136,5 @@ impl DecodeWorker for SharedWorker {
 
 /// The decoder of a scene, made once for all instances that play it.
 fn decoder_of(scene: &Arc<Scene>) -> Option<Arc<Mutex<CloudDecoder>>> {
-    let mut decoders = lock(&DECODERS);
-    decoders.retain(|(_, decoder)| decoder.strong_count() > 0);
-    let same = |held: &Weak<Scene>| held.upgrade().is_some_and(|held| Arc::ptr_eq(&held, scene));
-    if let Some(decoder) = decoders.iter().find(|(held, _)| same(held)).and_then(|(_, decoder)| decoder.upgrade()) {
-        return Some(decoder);
-    }
-    let decoder = Arc::new(Mutex::new(CloudDecoder::new(scene)?));
-    decoders.push((Arc::downgrade(scene), Arc::downgrade(&decoder)));
-    Some(decoder)
+    DECODERS.of(scene.into(), || CloudDecoder::new(scene).map(Mutex::new).ok_or(())).ok()
 }

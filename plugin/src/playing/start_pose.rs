@@ -1,8 +1,7 @@
 //! Where the listener of a scene that was just chosen begins.
 
 use crate::listener::snapshot::{pose_of, values_of};
-use crate::parameter::Parameter;
-use crate::parameter::choices::Follow;
+use crate::parameter::{Parameter, choices::Follow};
 use crate::project::params::PromenadeParams;
 use nice_plug::prelude::Enum;
 use promenade_core::Pose;

@@ -1,13 +1,11 @@
 //! What goes between the loader and whoever asks it for something; no part of the project.
 
-use super::file_wish::FileWish;
-use super::params::PromenadeParams;
-use super::persisted::Report;
-use super::scene_frame::PlayedFrame;
+use super::{file_wish::FileWish, params::PromenadeParams, persisted::Report, scene_frame::SceneFrame};
 use crate::parameter::Parameter;
 use crate::parameter::choices::{LatencyChoice, SceneChoice};
 use crate::worker::flag::Flag;
 use nice_plug::prelude::Enum;
+use std::sync::Mutex;
 
 /// One instance's wishes to the loader, and the loader's reports.
 #[derive(Default)]
@@ -31,7 +29,7 @@ pub struct Exchange {
     /// Headphones that have been asked for.
     pub headphones_wish: FileWish,
     /// Where listener and emitter of the scene begin.
-    pub frame: PlayedFrame,
+    pub frame: Mutex<SceneFrame>,
     /// A scene file was opened: the listener begins where it lets it, unless somebody has moved it.
     pub opened: Flag,
     /// A whole state is being restored, with a place of its own for the listener.
@@ -66,7 +64,6 @@ impl Exchange {
     ///
     /// # Real-time
     /// Audio thread; no allocation, lock or I/O.
-    #[must_use]
     pub fn choices(&self, params: &PromenadeParams) -> Choices {
         let slot = |parameter| u32::try_from(params.index(parameter)).unwrap_or(0);
         Choices {

@@ -4,10 +4,8 @@
 //! to the host's main thread. So it is handed their places only, where it splits the block, and they reach the parameters here.
 
 use crate::parameter::Parameter;
-use crate::project::params::PromenadeParams;
-use crate::project::state::saved_value;
-use crate::worker::lock::try_lock;
-use crate::worker::repaint::Repaint;
+use crate::project::{params::PromenadeParams, state::saved_value};
+use crate::worker::{lock::try_lock, repaint::Repaint};
 use nice_plug::plugin::ParamValue;
 use nice_plug::prelude::{Param, ParamPtr};
 use nice_plug::util::permit_alloc;

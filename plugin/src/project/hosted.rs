@@ -2,7 +2,8 @@
 
 use crate::parameter::Parameter;
 use crate::parameter::choices::{
-    Choice, Follow as FollowChoice, GroupChoice, LatencyChoice, SceneChoice, TierChoice, Tracking as TrackingChoice,
+    Choice, Follow as FollowChoice, GroupChoice, LatencyChoice, PlaceChoice, SceneChoice, TierChoice,
+    Tracking as TrackingChoice,
 };
 use crate::parameter::row::{SLOTS, Unit, Values};
 use crate::parameter::text;
@@ -16,6 +17,7 @@ pub(crate) enum Hosted {
     Switch(BoolParam),
     Slot(IntParam),
     Follow(EnumParam<FollowChoice>),
+    Place(EnumParam<PlaceChoice>),
     Tracking(EnumParam<TrackingChoice>),
     Group(EnumParam<GroupChoice>),
     Tier(EnumParam<TierChoice>),
@@ -31,6 +33,7 @@ macro_rules! with_param {
             Self::Switch($param) => $body,
             Self::Slot($param) => $body,
             Self::Follow($param) => $body,
+            Self::Place($param) => $body,
             Self::Tracking($param) => $body,
             Self::Group($param) => $body,
             Self::Tier($param) => $body,
@@ -71,6 +74,7 @@ impl Hosted {
                 )
             }
             Values::Choice(Choice::Follow) => Self::Follow(choice(row.name, default)),
+            Values::Choice(Choice::Place) => Self::Place(choice(row.name, default)),
             Values::Choice(Choice::Tracking) => Self::Tracking(choice(row.name, default)),
             Values::Choice(Choice::Group) => Self::Group(choice(row.name, default)),
             Values::Choice(Choice::Tier) => Self::Tier(choice(row.name, default)),

@@ -2,8 +2,7 @@
 //! with that.
 
 use crate::parameter::Parameter;
-use crate::project::persisted::Persisted;
-use crate::project::walk::SavedWalk;
+use crate::project::{persisted::Persisted, walk::SavedWalk};
 use nice_plug::params::persist::PersistentField;
 use serde::{Deserialize, Serialize};
 use std::sync::OnceLock;
@@ -53,10 +52,7 @@ impl PersistentField<'_, Option<SavedLeader>> for GroupLeader {
         self.saved.restore(saved);
     }
 
-    fn map<F, R>(&self, done: F) -> R
-    where
-        F: Fn(&Option<SavedLeader>) -> R,
-    {
+    fn map<F: Fn(&Option<SavedLeader>) -> R, R>(&self, done: F) -> R {
         // Without a leader here, as in a process of its own, the one that was saved is kept.
         let now = self.find.get().and_then(|find| find());
         done(&now.unwrap_or_else(|| self.saved.get().0))

@@ -16,13 +16,11 @@ pub struct Matching {
 
 impl Matching {
     /// By how much a scene is made louder, tenths of a decibel; of one whose level is not known, nothing.
-    #[must_use]
     pub fn change_cb(self, scene_cb: Option<i32>) -> i32 {
         self.level_cb.zip(scene_cb).map_or(0, |(wanted, own)| wanted.saturating_sub(own).clamp(-MOST_CB, MOST_CB))
     }
 
     /// The gain that makes a scene of this level as loud as is wanted; 1 changes nothing.
-    #[must_use]
     pub fn gain(self, scene_cb: Option<i32>) -> f32 {
         match self.change_cb(scene_cb) {
             0 => 1.0,

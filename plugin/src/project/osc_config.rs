@@ -1,13 +1,9 @@
 //! How an instance's Open Sound Control is set up.
 
 use crate::project::adm_config::AdmConfig;
-use crate::tracker::Recenter;
-use crate::tracker::axes::AxisMap;
-use crate::tracker::custom::CustomTracker;
-use crate::tracker::format::TrackerFormat;
-use serde::de::DeserializeOwned;
+use crate::tracker::{Recenter, axes::AxisMap, custom::CustomTracker, format::TrackerFormat};
 use serde::{Deserialize, Serialize};
-use serde_json::{Map, Value};
+use serde_json::Value;
 use std::time::Duration;
 
 /// Where packets may come from.
@@ -45,7 +41,6 @@ impl Default for OscOut {
 
 impl OscOut {
     /// Time from one pose to the next.
-    #[must_use]
     pub fn interval(&self) -> Duration {
         let rate_hz = if self.rate_hz.is_finite() { self.rate_hz.clamp(1.0, 200.0) } else { 50.0 };
         Duration::from_secs_f32(rate_hz.recip())
@@ -106,7 +101,6 @@ impl Default for OscConfig {
 
 impl OscConfig {
     /// The name as it stands in addresses: what an address may not have becomes a hyphen.
-    #[must_use]
     pub fn address_name(&self) -> String {
         let keep = |c: char| if c.is_ascii_graphic() && !"#*,/?[]{}".contains(c) { c } else { '-' };
         self.name.trim().chars().map(keep).collect()
@@ -115,41 +109,25 @@ impl OscConfig {
 
 impl From<Value> for OscConfig {
     fn from(saved: Value) -> Self {
-        let mut notes = Vec::new();
-        let mut fields = match saved {
-            Value::Object(fields) => fields,
-            _ => {
-                notes.push("the saved settings are not an object".to_owned());
-                Map::new()
-            }
+        let mut config = Self::default();
+        let Value::Object(mut fields) = saved else {
+            config.notes.push("the saved settings are not an object".to_owned());
+            return config;
         };
-        let first = Self::default();
-        let from = &mut fields;
-        Self {
-            port: take(from, "port", first.port, &mut notes),
-            interface: take(from, "interface", first.interface, &mut notes),
-            permit: take(from, "permit", first.permit, &mut notes),
-            name: take(from, "name", first.name, &mut notes),
-            format: take(from, "format", first.format, &mut notes),
-            axes: take(from, "axes", first.axes, &mut notes),
-            position_axes: take(from, "position_axes", first.position_axes, &mut notes),
-            recenter: take(from, "recenter", first.recenter, &mut notes),
-            custom: take(from, "custom", first.custom, &mut notes),
-            out: take(from, "out", first.out, &mut notes),
-            adm: take(from, "adm", first.adm, &mut notes),
-            notes,
+        macro_rules! take {
+            ($($field:ident)*) => {
+                $(if let Some(saved) = fields.remove(stringify!($field)) {
+                    let text: String = saved.to_string().chars().take(60).collect();
+                    match serde_json::from_value(saved) {
+                        Ok(value) => config.$field = value,
+                        Err(_) => config.notes.push(format!("{} {text} is not known", stringify!($field))),
+                    }
+                })*
+            };
         }
+        take!(port interface permit name format axes position_axes recenter custom out adm);
+        config
     }
-}
-
-/// A saved field; what is not understood is noted.
-fn take<T: DeserializeOwned>(fields: &mut Map<String, Value>, name: &str, or: T, notes: &mut Vec<String>) -> T {
-    let Some(saved) = fields.remove(name) else { return or };
-    let text = saved.to_string();
-    serde_json::from_value(saved).unwrap_or_else(|_| {
-        notes.push(format!("{name} {} is not known", text.chars().take(60).collect::<String>()));
-        or
-    })
 }
 
 #[cfg(test)]

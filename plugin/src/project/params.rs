@@ -1,27 +1,14 @@
 //! Everything that a host sets or saves, and nothing else.
 
 use crate::budget::limit::SavedLimit;
-use crate::library::drawn_room::DrawnRoom;
-use crate::library::scene_key::SceneKey;
-use crate::parameter::Parameter;
-use crate::parameter::cast::index;
+use crate::library::{drawn_room::DrawnRoom, scene_key::SceneKey};
 use crate::parameter::choices::{Follow, LatencyChoice, SceneChoice};
-use crate::parameter::remote::Remote;
-use crate::parameter::source_knob::Part;
-use crate::project::hosted::Hosted;
-use crate::project::leader::GroupLeader;
-use crate::project::matching::Matching;
-use crate::project::osc_config::OscConfig;
-use crate::project::persisted::Persisted;
-use crate::project::project_id::ProjectId;
-use crate::project::saved_head::SavedHead;
-use crate::project::saved_headphones::SavedHeadphones;
-use crate::project::settings::EditorSettings;
-use crate::project::slots::ProjectSlots;
-use crate::project::source_walks::SavedSourceWalks;
-use crate::project::sources::ProjectSources;
-use crate::project::state::StateVersion;
-use crate::project::walk::SavedWalk;
+use crate::parameter::{Parameter, cast::index, remote::Remote, source_knob::Part};
+use crate::project::{
+    hosted::Hosted, leader::GroupLeader, matching::Matching, osc_config::OscConfig, persisted::Persisted,
+    project_id::ProjectId, saved_head::SavedHead, saved_headphones::SavedHeadphones, settings::EditorSettings,
+    slots::ProjectSlots, source_walks::SavedSourceWalks, sources::ProjectSources, state::StateVersion, walk::SavedWalk,
+};
 use nice_plug::prelude::*;
 
 /// The revision after which counting begins anew.
@@ -94,7 +81,6 @@ impl Default for PromenadeParams {
 
 impl PromenadeParams {
     /// Defaults; with a camera path, defaults that follow it along the transport.
-    #[must_use]
     pub fn beginning_on(walk: Option<&SavedWalk>) -> Self {
         let slots = ProjectSlots::default();
         let begun = Self {
@@ -122,7 +108,6 @@ impl PromenadeParams {
 
     /// The parameters of an instance with so many further sources, at most
     /// [`MOST_FURTHER`](crate::parameter::source_knob::MOST_FURTHER).
-    #[must_use]
     pub fn with_further(mut self, count: usize) -> Self {
         self.all.extend(
             Parameter::of_instance(count).skip(self.all.len()).map(|of| Hosted::new(of, of.row().default, &self.slots)),
@@ -131,7 +116,6 @@ impl PromenadeParams {
     }
 
     /// The parameters with another latency to begin with.
-    #[must_use]
     pub fn beginning_at(self, latency: LatencyChoice) -> Self {
         self.beginning_with(Parameter::Latency, latency)
     }
@@ -142,7 +126,6 @@ impl PromenadeParams {
     }
 
     /// How many further sources the instance has.
-    #[must_use]
     pub fn further(&self) -> usize {
         (self.all.len() - Parameter::ALL.len()) / Part::ALL.len()
     }
@@ -153,7 +136,6 @@ impl PromenadeParams {
     }
 
     /// Whether the instance has a parameter.
-    #[must_use]
     pub fn has(&self, parameter: Parameter) -> bool {
         parameter.number() < self.all.len()
     }
@@ -164,14 +146,12 @@ impl PromenadeParams {
     }
 
     /// Whether the parameters choose the project's own scene, not a built-in one or a file of the library.
-    #[must_use]
     pub fn chooses_own_scene(&self) -> bool {
         SceneChoice::from_index(self.index(Parameter::Scene)) == SceneChoice::Library && self.index(Parameter::Slot) == 0
     }
 
     /// How often a host has restored the parts of a state that say what is played and where the listener is. They come one
     /// after the other: a scene that changes between two of them was not chosen for itself.
-    #[must_use]
     pub fn restores(&self) -> u64 {
         let Self { scene_key, room, head, matching, remote, .. } = self;
         scene_key.restores() + room.restores() + head.restores() + matching.restores() + remote.restores()
@@ -181,7 +161,6 @@ impl PromenadeParams {
     ///
     /// # Real-time
     /// Audio thread; no allocation, lock or I/O.
-    #[must_use]
     pub fn hosted(&self, parameter: Parameter) -> f32 {
         self.of(parameter).plain()
     }
@@ -190,7 +169,6 @@ impl PromenadeParams {
     ///
     /// # Real-time
     /// Audio thread; no allocation, lock or I/O.
-    #[must_use]
     pub fn heard(&self, parameter: Parameter) -> f32 {
         self.remote.latest(parameter, self.hosted(parameter))
     }
@@ -199,7 +177,6 @@ impl PromenadeParams {
     ///
     /// # Real-time
     /// Audio thread; no allocation, lock or I/O.
-    #[must_use]
     pub fn receives_osc(&self) -> bool {
         self.heard(Parameter::Osc) > 0.5
     }

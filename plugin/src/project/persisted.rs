@@ -94,10 +94,7 @@ where
         self.restore(new_value);
     }
 
-    fn map<F, R>(&self, f: F) -> R
-    where
-        F: Fn(&T) -> R,
-    {
+    fn map<F: Fn(&T) -> R, R>(&self, f: F) -> R {
         f(&self.value.read().unwrap_or_else(PoisonError::into_inner))
     }
 }

@@ -38,7 +38,6 @@ fn file() -> Option<PathBuf> {
 
 impl Preferences {
     /// Those of the process: open editors look alike.
-    #[must_use]
     pub fn now() -> Self {
         *lock(&NOW)
     }

@@ -29,7 +29,6 @@ impl ProjectId {
     ///
     /// # Real-time
     /// Any thread; no allocation, lock or I/O.
-    #[must_use]
     pub fn group(&self, number: usize) -> u64 {
         self.0.load(Ordering::Acquire) | (number as u64 + 1) & FREE
     }
@@ -49,10 +48,7 @@ impl PersistentField<'_, String> for ProjectId {
         }
     }
 
-    fn map<F, R>(&self, done: F) -> R
-    where
-        F: Fn(&String) -> R,
-    {
+    fn map<F: Fn(&String) -> R, R>(&self, done: F) -> R {
         done(&format!("{:016x}", self.0.load(Ordering::Acquire)))
     }
 }

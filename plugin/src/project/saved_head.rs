@@ -24,7 +24,6 @@ fn longest() -> usize {
 
 impl SavedHead {
     /// Of a head.
-    #[must_use]
     pub fn of(head: &Head) -> Self {
         Self { content: Some(STANDARD.encode(head.to_bytes()).into()) }
     }
@@ -44,7 +43,6 @@ impl SavedHead {
     }
 
     /// Whether it is another head than the scene's own.
-    #[must_use]
     pub fn is_some(&self) -> bool {
         self.content.is_some()
     }

@@ -1,9 +1,7 @@
 //! Where a scene's listener begins and its emitter is, for worlds that are told relative to them.
 
-use crate::worker::lock::lock;
 use promenade_core::Scene;
 use promenade_core::glam::{Quat, Vec3};
-use std::sync::Mutex;
 
 /// Places in a scene's world, metres and radians.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -16,9 +14,20 @@ pub struct SceneFrame {
     pub emitter: Vec3,
 }
 
+/// Ahead, left and up of an azimuth, positive to the left, an elevation, degrees, and a distance.
+pub fn from_polar([azimuth, elevation, distance]: [f32; 3]) -> Vec3 {
+    let ((sin_a, cos_a), (sin_e, cos_e)) = (azimuth.to_radians().sin_cos(), elevation.to_radians().sin_cos());
+    distance * Vec3::new(cos_e * cos_a, cos_e * sin_a, sin_e)
+}
+
+/// The other way; nothing is straight ahead of itself.
+pub fn to_polar(ahead: Vec3) -> [f32; 3] {
+    let (azimuth, elevation) = (ahead.y.atan2(ahead.x), ahead.z.atan2(ahead.truncate().length()));
+    [azimuth.to_degrees(), elevation.to_degrees(), ahead.length()]
+}
+
 impl SceneFrame {
     /// That of a scene; its emitter is where the listener begins if the scene does not say.
-    #[must_use]
     pub fn of(scene: &Scene) -> Self {
         let start = scene.start_pose();
         let origin = start.position;
@@ -26,30 +35,12 @@ impl SceneFrame {
     }
 
     /// From axes ahead, left and up of where the listener begins to the world's.
-    #[must_use]
     pub fn to_world(&self, ahead: Vec3) -> Vec3 {
         self.origin + Quat::from_rotation_z(self.yaw) * ahead
     }
 
     /// The other way.
-    #[must_use]
     pub fn from_world(&self, world: Vec3) -> Vec3 {
         Quat::from_rotation_z(-self.yaw) * (world - self.origin)
-    }
-}
-
-/// The frame of the scene that is played, from the loader to those that ask.
-#[derive(Default)]
-pub struct PlayedFrame(Mutex<SceneFrame>);
-
-impl PlayedFrame {
-    /// Another scene is played.
-    pub fn set_frame(&self, frame: SceneFrame) {
-        *lock(&self.0) = frame;
-    }
-
-    /// The frame.
-    pub fn frame(&self) -> SceneFrame {
-        *lock(&self.0)
     }
 }

@@ -83,7 +83,6 @@ impl Default for EditorSettings {
 
 impl EditorSettings {
     /// The settings without what no window can be.
-    #[must_use]
     pub fn within_reason(self) -> Self {
         let sane =
             |value: f32, least: f32, most: f32, else_: f32| if value.is_finite() { value.clamp(least, most) } else { else_ };

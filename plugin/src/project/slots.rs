@@ -1,7 +1,6 @@
 //! The slots of an instance's project: their files, and their texts for hosts that show parameters as text.
 
-use crate::library::slots::Slots;
-use crate::library::{self, LoadError};
+use crate::library::{self, LoadError, slots::Slots};
 use crate::parameter::row::{SLOTS, SlotKind};
 use crate::project::persisted::Persisted;
 use crate::worker::lock::lock;
@@ -27,7 +26,6 @@ pub struct SavedSlots {
 
 impl SavedSlots {
     /// Those of a kind.
-    #[must_use]
     pub fn of(&self, kind: SlotKind) -> &Slots {
         match kind {
             SlotKind::Scene => &self.scenes,
@@ -63,7 +61,6 @@ fn paths(files: &[PathBuf]) -> impl Iterator<Item = &Path> + Clone {
 
 impl ProjectSlots {
     /// As they are, without a look at the library.
-    #[must_use]
     pub fn saved(&self) -> SavedSlots {
         self.0.saved.get().0
     }
@@ -103,21 +100,18 @@ impl ProjectSlots {
     }
 
     /// The slot of a file of the library. Reads its folders.
-    #[must_use]
     pub fn slot_of(&self, kind: SlotKind, file: &Path) -> Option<usize> {
         let (slots, files) = self.followed(kind, &library::folders());
         slots.slot(files.iter().position(|other| other == file)?, paths(&files))
     }
 
     /// A slot as text: the name of its file, or its number where it is empty.
-    #[must_use]
     pub fn text(&self, kind: SlotKind, slot: i32) -> String {
         let texts = self.texts(kind);
         usize::try_from(slot).ok().and_then(|slot| texts.get(slot).cloned()).unwrap_or_else(|| slot.to_string())
     }
 
     /// The slot of a text: a name, or a number.
-    #[must_use]
     pub fn slot_named(&self, kind: SlotKind, text: &str) -> Option<i32> {
         let text = text.trim();
         let named = self.texts(kind).iter().position(|known| known.eq_ignore_ascii_case(text));
@@ -155,10 +149,7 @@ impl PersistentField<'_, SavedSlots> for ProjectSlots {
         self.0.saved.restore(saved);
     }
 
-    fn map<F, R>(&self, done: F) -> R
-    where
-        F: Fn(&SavedSlots) -> R,
-    {
+    fn map<F: Fn(&SavedSlots) -> R, R>(&self, done: F) -> R {
         self.0.saved.map(done)
     }
 }

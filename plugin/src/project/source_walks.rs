@@ -35,7 +35,6 @@ impl PartialEq for SavedSourceWalks {
 
 impl SavedSourceWalks {
     /// The path of a source, 0 for the first.
-    #[must_use]
     pub fn of(&self, source: usize) -> Option<&SavedWalk> {
         self.0.get(&(source + 1))
     }
@@ -50,7 +49,6 @@ impl SavedSourceWalks {
     }
 
     /// The paths of the first `count` sources, and what is wrong with those that make none.
-    #[must_use]
     pub fn to_walks(&self, count: usize) -> (SourceWalks, Vec<(usize, Fault)>) {
         let mut wrong = Vec::new();
         let last = self.0.range(..=count).next_back().map_or(0, |(number, _)| *number);

@@ -31,13 +31,11 @@ pub struct SavedSources(BTreeMap<usize, SourceInfo>);
 
 impl SavedSources {
     /// What is said of a source, 0 for the first.
-    #[must_use]
     pub fn of(&self, source: usize) -> SourceInfo {
         self.0.get(&(source + 1)).cloned().unwrap_or_default()
     }
 
     /// The name of a source, 0 for the first.
-    #[must_use]
     pub fn name(&self, source: usize) -> String {
         let known = self.0.get(&(source + 1)).map(|info| info.name.trim()).filter(|name| !name.is_empty());
         known.map_or_else(|| format!("Source {}", source + 1), |name| name.chars().take(LONGEST_NAME).collect())
@@ -53,7 +51,6 @@ impl SavedSources {
     }
 
     /// A bit for each source that is not heard, that of the first the lowest: muted, or not soloed where another is.
-    #[must_use]
     pub fn silent(&self) -> u64 {
         let bits = |of: fn(&SourceInfo) -> bool| {
             let those = self.0.iter().filter(|(number, info)| (1..=MOST_INPUTS).contains(number) && of(info));
@@ -82,7 +79,6 @@ impl ProjectSources {
     ///
     /// # Real-time
     /// Audio thread; no allocation, lock or I/O.
-    #[must_use]
     pub fn is_heard(&self, source: usize) -> bool {
         self.silent.load(Ordering::Acquire) >> source & 1 == 0
     }
@@ -94,10 +90,7 @@ impl PersistentField<'_, SavedSources> for ProjectSources {
         self.follow();
     }
 
-    fn map<F, R>(&self, done: F) -> R
-    where
-        F: Fn(&SavedSources) -> R,
-    {
+    fn map<F: Fn(&SavedSources) -> R, R>(&self, done: F) -> R {
         self.saved.map(done)
     }
 }

@@ -1,38 +1,17 @@
 //! Saved states: their version, and how old and damaged ones are read.
 
-use crate::library::scene_key::SceneKey;
-use crate::library::slots::Slots;
-use crate::parameter::Parameter;
-use crate::parameter::cast::index;
-use crate::parameter::choices::Variants;
+use crate::library::{scene_key::SceneKey, slots::Slots};
+use crate::parameter::{Parameter, cast::index, choices::Variants};
 use crate::project::slots::SavedSlots;
 use nice_plug::params::persist::{PersistentField, deserialize_field, serialize_field};
 use nice_plug::plugin::{ParamValue, PluginState};
 use serde_json::Value;
 use std::collections::BTreeMap;
 
-/// Key of the state's version among the saved fields.
-const VERSION_FIELD: &str = "version";
-/// Key of the settings of Open Sound Control.
-const OSC_FIELD: &str = "osc";
-/// Key of the values that have come over Open Sound Control.
-const REMOTE_FIELD: &str = "remote";
-/// Key of the room that the user has drawn.
-const ROOM_FIELD: &str = "room";
-/// Key of the level that scenes are played at.
-const MATCHING_FIELD: &str = "matching";
-/// Key of the user's own head.
-const HEAD_FIELD: &str = "head";
-/// Key of what moved the leader of the group.
-const LEADER_FIELD: &str = "leader";
-/// Key of the paths of sources.
-pub(crate) const SOURCE_WALKS_FIELD: &str = "walks";
-/// Key of the library scene of the project.
-const SCENE_FIELD: &str = "scene";
-/// Key of the camera path.
-const WALK_FIELD: &str = "walk";
-/// Key of the files that slots stand for.
-const SLOTS_FIELD: &str = "slots";
+/// What fields stand for in states of before there were any: the scene's own head, no drawn room, scenes as loud as they are,
+/// all sources heard, no leader, and sources without paths.
+const FORMER: [(&str, &str); 6] =
+    [("head", "\"\""), ("room", "null"), ("matching", "{}"), ("sources", "{}"), ("leader", "null"), ("walks", "{}")];
 /// The scene of a new instance before the loft was built in.
 const FORMER_SCENE: &str = "iosr-room-a";
 /// The version of the states that this plugin writes.
@@ -45,10 +24,7 @@ pub struct StateVersion;
 impl PersistentField<'_, u32> for StateVersion {
     fn set(&self, _saved: u32) {}
 
-    fn map<F, R>(&self, f: F) -> R
-    where
-        F: Fn(&u32) -> R,
-    {
+    fn map<F: Fn(&u32) -> R, R>(&self, f: F) -> R {
         f(&VERSION)
     }
 }
@@ -61,44 +37,38 @@ impl PersistentField<'_, u32> for StateVersion {
 /// are skipped by the reader. What the reader does not survive is dropped: numbers that are not finite could not be saved
 /// again, and a choice by a number beyond its variants ends the host.
 pub fn migrate(state: &mut PluginState) {
-    let saved = state.fields.get(VERSION_FIELD).and_then(|json| deserialize_field::<u32>(json).ok()).unwrap_or(1);
+    let saved = state.fields.get("version").and_then(|json| deserialize_field::<u32>(json).ok()).unwrap_or(1);
     if saved > VERSION {
         nice_plug::nice_warn!("the state has version {saved}, this plugin knows {VERSION}: unknown parts are skipped");
     }
     // Versions 1 and 2 had the switch among the settings.
-    let settings = state.fields.get(OSC_FIELD).and_then(|json| deserialize_field::<Value>(json).ok());
+    let settings = state.fields.get("osc").and_then(|json| deserialize_field::<Value>(json).ok());
     if let Some(on) = settings.and_then(|settings| settings.get("on")?.as_bool()) {
         state.params.insert(Parameter::Osc.id().to_owned(), ParamValue::Bool(on));
     }
-    // States of before there were heads mean the scene's own.
-    state.fields.entry(HEAD_FIELD.to_owned()).or_insert_with(|| "\"\"".to_owned());
-    // States of before rooms could be drawn have none: the scene that they name is played.
-    state.fields.entry(ROOM_FIELD.to_owned()).or_insert_with(|| "null".to_owned());
-    // States of before levels were matched play each scene as loud as it is.
-    state.fields.entry(MATCHING_FIELD.to_owned()).or_insert_with(|| "{}".to_owned());
-    // States of before sources had names hear all of them.
-    state.fields.entry("sources".to_owned()).or_insert_with(|| "{}".to_owned());
-    // States of before followers kept their leader have none.
-    state.fields.entry(LEADER_FIELD.to_owned()).or_insert_with(|| "null".to_owned());
-    // States of before sources had paths have none.
-    state.fields.entry(SOURCE_WALKS_FIELD.to_owned()).or_insert_with(|| "{}".to_owned());
+    for (field, json) in FORMER {
+        state.fields.entry(field.to_owned()).or_insert_with(|| json.to_owned());
+    }
+    // States of before directions could say where sources are have them along the axes.
+    let cartesian = || ParamValue::String("cartesian".to_owned());
+    state.params.entry(Parameter::Place.id().to_owned()).or_insert_with(cartesian);
     // States of before slots kept their files have that of the one slot that is chosen.
     let saved = |field: &str| state.fields.get(field).and_then(|json| deserialize_field::<Value>(json).ok());
-    if !state.fields.contains_key(SLOTS_FIELD) {
+    if !state.fields.contains_key("slots") {
         let in_slot = |value: Option<Value>, name: &dyn Fn(&Value) -> Option<String>| {
             let value = value.unwrap_or_default();
             let slot = value["slot"].as_u64().and_then(|slot| u32::try_from(slot).ok()).unwrap_or(0);
             Slots::with(slot, &name(&value).unwrap_or_default())
         };
-        let scenes = in_slot(saved(SCENE_FIELD), &|value| {
+        let scenes = in_slot(saved("scene"), &|value| {
             serde_json::from_value::<SceneKey>(value.clone()).ok().map(|key| key.file_name().to_owned())
         });
-        let walks = in_slot(saved(WALK_FIELD), &|value| Some(value["name"].as_str()?.to_owned()));
+        let walks = in_slot(saved("walk"), &|value| Some(value["name"].as_str()?.to_owned()));
         let slots = serialize_field(&SavedSlots { scenes, walks });
-        state.fields.insert(SLOTS_FIELD.to_owned(), slots.unwrap_or_else(|_| "{}".to_owned()));
+        state.fields.insert("slots".to_owned(), slots.unwrap_or_else(|_| "{}".to_owned()));
     }
     // What was heard when the project was saved; without this field nothing would forget what has come since.
-    let remote = state.fields.insert(REMOTE_FIELD.to_owned(), "{}".to_owned());
+    let remote = state.fields.insert("remote".to_owned(), "{}".to_owned());
     let remote = remote.and_then(|json| deserialize_field::<BTreeMap<String, f32>>(&json).ok()).unwrap_or_default();
     for (id, value) in remote {
         if let Some(parameter) = Parameter::of_id(&id) {
@@ -115,7 +85,7 @@ pub fn migrate(state: &mut PluginState) {
 /// Has a project without a scene play what it was saved with: the scene of a new instance before the loft was built in.
 pub fn keep_former_scene(state: &mut PluginState) {
     state.params.entry(Parameter::Scene.id().to_owned()).or_insert_with(|| ParamValue::String(FORMER_SCENE.to_owned()));
-    state.fields.entry(SCENE_FIELD.to_owned()).or_insert_with(|| "{}".to_owned());
+    state.fields.entry("scene".to_owned()).or_insert_with(|| "{}".to_owned());
 }
 
 /// A plain value as a state has it.
@@ -138,8 +108,7 @@ fn is_choice(id: &str) -> bool {
 mod tests {
     use super::*;
     use crate::parameter::choices::SceneChoice;
-    use crate::playing::loader::Loader;
-    use crate::playing::output::Output;
+    use crate::playing::{loader::Loader, output::Output};
     use crate::project::params::PromenadeParams;
     use nice_plug::prelude::{Enum, ParamPtr, Params};
     use std::path::Path;
@@ -151,7 +120,7 @@ mod tests {
         params.extend([("tier".to_owned(), ParamValue::I32(99)), ("slot".to_owned(), ParamValue::I32(3))]);
         let mut state = PluginState { version: String::new(), params: params.into_iter().collect(), fields: [].into() };
         migrate(&mut state);
-        assert_eq!(state.params.keys().collect::<Vec<_>>(), ["slot", "y"]);
+        assert_eq!(state.params.keys().collect::<Vec<_>>(), ["place", "slot", "y"]);
     }
 
     #[test]

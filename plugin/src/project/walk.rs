@@ -87,7 +87,6 @@ impl SavedWalk {
     }
 
     /// A path through these keyframes, run through once at its own speed.
-    #[must_use]
     pub fn of(keyframes: &[Keyframe]) -> Self {
         Self { keyframes: Keyframes(keyframes.iter().map(|k| KeyframeEntry::from(*k)).collect()), ..Self::default() }
     }

@@ -1,7 +1,6 @@
 //! How much a decoder attends to each anchor of its scene, for an open editor.
 
-use crate::worker::flag::Flag;
-use crate::worker::lock::lock;
+use crate::worker::{flag::Flag, lock::lock};
 use promenade_core::Scene;
 use std::sync::{Arc, Mutex, Weak};
 
@@ -29,7 +28,6 @@ impl Attention {
     }
 
     /// The newest weights of a scene, if it was decoded while an editor was open.
-    #[must_use]
     pub fn in_scene(&self, scene: &Arc<Scene>) -> Option<Arc<AttentionWeights>> {
         let newest = Arc::clone(&lock(&self.newest));
         let same = newest.scene.upgrade().is_some_and(|held| Arc::ptr_eq(&held, scene));

@@ -3,11 +3,8 @@
 //! thread. What hosts are told of an instance besides is here too: its latency and its tail, which any thread may read.
 
 use crate::parameter::Parameter;
-use crate::project::host_values::HostValues;
-use crate::project::params::PromenadeParams;
-use crate::worker::lock::lock;
-use crate::worker::marks::Marks;
-use crate::worker::repaint::Repaint;
+use crate::project::{host_values::HostValues, params::PromenadeParams};
+use crate::worker::{lock::lock, marks::Marks, repaint::Repaint};
 use std::cell::RefCell;
 use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
@@ -130,7 +127,7 @@ pub struct HostSide {
 }
 
 /// From a sample rate, Hz, to latency and tail, samples.
-type Prepare = Box<dyn Fn(f64) -> Option<[u32; 2]> + Send + Sync>;
+type Prepare = Box<dyn Fn(f64, u32) -> Option<[u32; 2]> + Send + Sync>;
 
 /// How a host is called beside what the framework does.
 pub struct HostCalls {
@@ -157,7 +154,6 @@ struct State {
 
 impl HostSide {
     /// Nothing is known yet; `repaint` is asked for a picture whenever something is.
-    #[must_use]
     pub fn new(repaint: Repaint, params: Arc<PromenadeParams>) -> Self {
         Self { values: HostValues::new(params, repaint.clone()), repaint, ..Self::default() }
     }
@@ -169,7 +165,6 @@ impl HostSide {
 
     /// That of the plugin which this thread has just made: the framework's wrappers make theirs where they are, and lead to
     /// it in no other way.
-    #[must_use]
     pub fn newborn() -> Option<Arc<Self>> {
         NEWBORN.take().upgrade()
     }
@@ -193,7 +188,6 @@ impl HostSide {
     }
 
     /// Samples by which the sound is late, as of the last activation.
-    #[must_use]
     pub fn latency(&self) -> u32 {
         self.latency.load(Ordering::Acquire)
     }
@@ -208,7 +202,6 @@ impl HostSide {
     }
 
     /// The latency for a host that asks for it, and keeps what it is told.
-    #[must_use]
     pub fn tell_latency(&self) -> u32 {
         let latency = self.latency();
         // One more, so that 0 stands for none.
@@ -217,14 +210,13 @@ impl HostSide {
     }
 
     /// Whether the host was told another latency than there is.
-    #[must_use]
     pub fn is_mistaken(&self) -> bool {
         let told = self.told.load(Ordering::Acquire);
         told != 0 && told != self.latency().saturating_add(1)
     }
 
     /// How latency and tail are found before an activation, once.
-    pub(crate) fn prepare_by(&self, prepare: impl Fn(f64) -> Option<[u32; 2]> + Send + Sync + 'static) {
+    pub(crate) fn prepare_by(&self, prepare: impl Fn(f64, u32) -> Option<[u32; 2]> + Send + Sync + 'static) {
         let _first = self.prepare.set(Box::new(prepare));
     }
 
@@ -256,8 +248,8 @@ impl HostSide {
     }
 
     /// Finds latency and tail at the sample rate of the next activation, Hz: hosts may ask before it. Main thread; loads files.
-    pub fn prepare(&self, sample_rate_hz: f64) {
-        let found = self.prepare.get().and_then(|prepare| prepare(sample_rate_hz));
+    pub fn prepare(&self, sample_rate_hz: f64, live_block: u32) {
+        let found = self.prepare.get().and_then(|prepare| prepare(sample_rate_hz, live_block));
         if let Some([latency, tail]) = found {
             self.latency.store(latency, Ordering::Release);
             self.set_tail(tail);
@@ -265,7 +257,6 @@ impl HostSide {
     }
 
     /// Samples for which the plugin sounds on after its input, latency included: as of the last activation or block.
-    #[must_use]
     pub fn tail(&self) -> u32 {
         self.tail.load(Ordering::Acquire)
     }
@@ -288,7 +279,6 @@ impl HostSide {
     }
 
     /// The track.
-    #[must_use]
     pub fn track(&self) -> Track {
         lock(&self.state).track.clone()
     }
@@ -300,7 +290,6 @@ impl HostSide {
     }
 
     /// What a parameter is marked with.
-    #[must_use]
     pub fn mark(&self, parameter: Parameter) -> Mark {
         lock(&self.state).marks.get(parameter.id()).cloned().unwrap_or_default()
     }
@@ -336,7 +325,6 @@ impl HostSide {
     }
 
     /// What is asked, once.
-    #[must_use]
     pub fn take_requests(&self) -> Vec<MenuRequest> {
         std::mem::take(&mut lock(&self.state).requests)
     }
@@ -348,7 +336,6 @@ impl HostSide {
     }
 
     /// The lines for a parameter, as far as they have come.
-    #[must_use]
     pub fn menu(&self, parameter: Parameter) -> Vec<MenuItem> {
         let state = lock(&self.state);
         let known = state.menu.as_ref().filter(|(of, _)| *of == parameter);

@@ -1,8 +1,7 @@
 //! Loudness of what leaves the plugin, after EBU R 128, measured off the audio thread.
 
 use crate::parameter::cast::narrow;
-use crate::worker::Task;
-use crate::worker::lock::lock;
+use crate::worker::{Task, lock::lock};
 use crossbeam_queue::ArrayQueue;
 use ebur128::{EbuR128, Mode};
 use std::sync::{Arc, Mutex};
@@ -141,14 +140,12 @@ struct State {
 
 impl LoudnessMeter {
     /// A meter of sound of a rate.
-    #[must_use]
     pub fn new(queue: Arc<SoundQueue>, rate_hz: f64) -> Arc<Self> {
         queue.open(rate_hz);
         Arc::new(Self { queue, state: Mutex::default() })
     }
 
     /// The newest levels.
-    #[must_use]
     pub fn newest(&self) -> Loudness {
         lock(&self.state).newest
     }

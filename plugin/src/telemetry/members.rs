@@ -1,9 +1,7 @@
 //! The instances of a process: which of them share a listener group, and the share of the budget of each.
 
 use crate::budget::{Account, Grant};
-use crate::parameter::Parameter;
-use crate::parameter::cast::index;
-use crate::parameter::choices::GroupChoice;
+use crate::parameter::{Parameter, cast::index, choices::GroupChoice};
 use crate::project::leader::{MOVING, SavedLeader};
 use crate::project::params::PromenadeParams;
 use crate::telemetry::host_side::{HostSide, Track};
@@ -55,7 +53,6 @@ pub struct Spending {
 }
 
 /// The share of each, in the order in which they came.
-#[must_use]
 pub fn spending() -> Vec<Spending> {
     let alive = |known: &Known| Some((known.side.upgrade()?, known.account.upgrade()?));
     let all: Vec<_> = lock(&ALL).iter().filter_map(alive).collect();
@@ -81,7 +78,6 @@ fn leader_of(of: &PromenadeParams) -> Option<Option<SavedLeader>> {
 }
 
 /// The instances of a group by its key, in the order in which they came.
-#[must_use]
 pub fn of_group(key: u64) -> Vec<Member> {
     let alive = |known: &Known| Some((known.params.upgrade()?, known.side.upgrade()?));
     let all: Vec<_> = lock(&ALL).iter().filter_map(alive).collect();

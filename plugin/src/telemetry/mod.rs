@@ -6,8 +6,7 @@ pub mod loudness;
 pub mod members;
 pub mod waveform;
 
-use crate::listener::pose_cell::PoseCell;
-use crate::listener::pose_sources::Base;
+use crate::listener::{pose_cell::PoseCell, pose_sources::Base};
 use crate::parameter::cast::{index, narrow};
 use crate::parameter::source_knob::MOST_INPUTS;
 use crate::telemetry::loudness::SoundQueue;
@@ -92,7 +91,6 @@ impl Default for Frame {
 }
 
 /// Frequency of a point of the masks, Hz; evenly spaced in octaves.
-#[must_use]
 pub fn frequency_hz(point: usize) -> f32 {
     hertz(point as f32 / (MASK_POINTS - 1) as f32)
 }
@@ -117,7 +115,6 @@ impl Frame {
     ///
     /// # Real-time
     /// Audio thread; no allocation, lock or I/O.
-    #[must_use]
     pub fn is_loud(&self) -> bool {
         [self.input_peak, self.output_peak].as_flattened().iter().any(|peak| decibels(*peak) > QUIET_DB)
     }
@@ -126,7 +123,6 @@ impl Frame {
     ///
     /// # Real-time
     /// Audio thread; no allocation, lock or I/O.
-    #[must_use]
     pub fn differs_from(&self, seen: &Self) -> bool {
         let states = |f: &Self| (f.base, f.tracked, f.leads, f.playing, f.tier, f.dry, f.offline, f.sounding, f.cancels);
         let near = |a: f32, b: f32, step: f32| (a - b).abs() < step;
@@ -183,7 +179,6 @@ impl Frame {
 }
 
 /// A linear gain as dB, not below [`FLOOR_DB`].
-#[must_use]
 pub fn decibels(gain: f32) -> f32 {
     if gain > 1e-6 { 20.0 * gain.log10() } else { FLOOR_DB }
 }
@@ -214,13 +209,11 @@ impl Telemetry {
     ///
     /// # Real-time
     /// Audio thread; no allocation, lock or I/O.
-    #[must_use]
     pub fn is_followed(&self) -> bool {
         self.watched.is_on() || self.sent.is_on()
     }
 
     /// No editor is open yet.
-    #[must_use]
     pub fn new() -> Arc<Self> {
         let telemetry = Self {
             watched: Flag::default(),

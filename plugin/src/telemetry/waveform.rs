@@ -29,7 +29,6 @@ impl Waveform {
     }
 
     /// The greatest peak between two times, seconds; 0 where nothing was heard.
-    #[must_use]
     pub fn peak(&self, from_s: f64, to_s: f64) -> f32 {
         let end = (bin(to_s) + 1).min(self.peaks.len());
         self.peaks.get(bin(from_s)..end).map_or(0.0, |peaks| peaks.iter().copied().fold(0.0, f32::max))

@@ -33,7 +33,6 @@ impl AxisMap {
     pub const INVERTED: Self = Self { order: [0, 1, 2], invert: [true; 3] };
 
     /// The values along the head's axes of values along the tracker's.
-    #[must_use]
     pub fn apply(&self, tracker: [f32; 3]) -> [f32; 3] {
         std::array::from_fn(|axis| {
             let value = tracker[usize::from(self.order[axis]).min(2)];
@@ -42,7 +41,6 @@ impl AxisMap {
     }
 
     /// The vector part of a quaternion or a position, along x, y and z.
-    #[must_use]
     pub(crate) fn apply_to(&self, tracker: Vec3) -> Vec3 {
         Vec3::from_array(self.apply(tracker.to_array()))
     }
@@ -50,7 +48,6 @@ impl AxisMap {
     /// An orientation whose yaw, pitch and roll are taken for others.
     ///
     /// Yaw, pitch and roll turn about z, -y and x, so that the map does to a quaternion what it does to small angles.
-    #[must_use]
     pub(crate) fn turn(&self, tracker: Quat) -> Quat {
         let [yaw, pitch, roll] = self.apply([tracker.z, -tracker.y, tracker.x]);
         let turned = Quat::from_xyzw(roll, -pitch, yaw, tracker.w);

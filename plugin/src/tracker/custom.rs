@@ -36,7 +36,6 @@ table! {
 
 impl CustomArguments {
     /// As users read it.
-    #[must_use]
     pub fn title(self) -> &'static str {
         self.row().0
     }

@@ -3,9 +3,8 @@
 //! The sources of each convention are in `docs/osc.md`, whose tables a test compares with this file.
 
 use crate::parameter::table::table;
-use crate::tracker::axes::AxisMap;
-use crate::tracker::custom::CustomTracker;
 use crate::tracker::reading::{Argument, Unit};
+use crate::tracker::{axes::AxisMap, custom::CustomTracker};
 use serde::{Deserialize, Serialize};
 
 // The title as users read it, the port, and the addresses of each.
@@ -166,19 +165,16 @@ static VMC: [Form; 1] = [form("/VMC/Ext/Bone/Pos/Head", &[Word, Skip(3), Quatern
 
 impl TrackerFormat {
     /// As users read it.
-    #[must_use]
     pub fn title(self) -> &'static str {
         self.row().0
     }
 
     /// The port that trackers of this format send to when nothing else is set.
-    #[must_use]
     pub fn port(self) -> u16 {
         self.row().1
     }
 
     /// Its addresses; none for [`TrackerFormat::Promenade`] and [`TrackerFormat::Custom`].
-    #[must_use]
     pub fn forms(self) -> &'static [Form] {
         self.row().2
     }

@@ -11,7 +11,6 @@ impl Flag {
     ///
     /// # Real-time
     /// Any thread; no allocation, lock or I/O.
-    #[must_use]
     pub fn is_on(&self) -> bool {
         self.0.load(Ordering::Relaxed)
     }

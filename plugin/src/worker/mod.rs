@@ -7,6 +7,7 @@ pub mod flag;
 pub(crate) mod lock;
 pub(crate) mod marks;
 pub mod repaint;
+pub(crate) mod shared;
 
 use crate::worker::lock::lock;
 use std::sync::atomic::{AtomicBool, Ordering};

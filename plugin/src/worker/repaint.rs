@@ -20,7 +20,6 @@ impl Repaint {
     }
 
     /// Whether a picture was asked for since this was last called.
-    #[must_use]
     pub fn take(&self) -> bool {
         self.0.swap(false, Ordering::AcqRel)
     }

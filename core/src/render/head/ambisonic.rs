@@ -1,5 +1,6 @@
 //! Third-order Ambisonics: directions in, both ears out.
 
+use crate::head::channels;
 use crate::number::{single, whole};
 use crate::scene::{AMBISONIC_CHANNELS, AmbisonicHead};
 use glam::Vec3;
@@ -38,12 +39,11 @@ pub(crate) fn harmonics(direction: Vec3) -> Channels {
     ]
 }
 
-/// Channels are transformed two at a time, as real and imaginary part.
-const PAIRS: usize = AMBISONIC_CHANNELS / 2;
-
 /// Spectra of a head's filters for hops of a host.
 pub(crate) struct HeadSpectra {
     hop: usize,
+    /// Channels are transformed two at a time, as real and imaginary part; those beyond the head's order are left out.
+    pairs: usize,
     n_fft: usize,
     /// `[pair][ear][n_fft]`: channels a and b sound at an ear as the real part of `(a + ib) * (filter of a - i filter of b)`.
     /// Divided by twice the transform length, which the inverse and both halves of a real part leave in.
@@ -59,13 +59,14 @@ impl HeadSpectra {
         // Some samples more for the ripple of a change of rate.
         let ripple = if ratio == 1.0 { 0 } else { 16 };
         let n_fft = (hop + whole((head.len() as f64 * ratio).ceil()) + ripple).next_multiple_of(64);
-        let mut filters = vec![Complex32::default(); 2 * PAIRS * n_fft];
+        let pairs = channels(head.order()).div_ceil(2);
+        let mut filters = vec![Complex32::default(); 2 * pairs * n_fft];
         for k in 0..=n_fft / 2 {
             let hz = k as f64 * sample_rate_hz / n_fft as f64;
             if hz > 0.5 * head.sample_rate_hz {
                 break;
             }
-            for (pair, [a, b]) in head.at(hz).as_chunks().0.iter().enumerate() {
+            for (pair, [a, b]) in head.at(hz).as_chunks().0.iter().take(pairs).enumerate() {
                 for (ear, (a, b)) in a.iter().zip(b).enumerate() {
                     let mirrored = (n_fft - k) % n_fft;
                     let spectrum = &mut filters[(2 * pair + ear) * n_fft..][..n_fft];
@@ -76,7 +77,12 @@ impl HeadSpectra {
                 }
             }
         }
-        Self { hop, n_fft, filters, lead: head.lead as f64 * ratio }
+        Self { hop, pairs, n_fft, filters, lead: head.lead as f64 * ratio }
+    }
+
+    /// Pairs of channels that are heard.
+    pub(crate) fn pairs(&self) -> usize {
+        self.pairs
     }
 
     /// Samples of a hop.

@@ -9,8 +9,9 @@ use std::sync::Arc;
 
 /// Images that are directed at once, so that a channel's sum is read and written once for all of them.
 const ROWS: usize = 8;
-/// Channels whose sums are kept in registers at a time.
+/// Channels whose sums are kept in registers at a time, and of the last, where so many are left.
 const TILE: usize = 8;
+const LAST_TILE: usize = 4;
 
 /// Samples of all channels that are worked on at a time, `[channel][sample]`.
 type Chunk = [[f32; LANES]; AMBISONIC_CHANNELS];
@@ -18,6 +19,8 @@ type Chunk = [[f32; LANES]; AMBISONIC_CHANNELS];
 /// A hop of all Ambisonic channels.
 pub(crate) struct Bus {
     hop: usize,
+    /// Channels that are heard; the others stay silent.
+    channels: usize,
     chunks: Vec<Chunk>,
     /// Sound of images that have no direction yet, `[row][padded hop]`.
     sound: Vec<f32>,
@@ -28,10 +31,12 @@ pub(crate) struct Bus {
 }
 
 impl Bus {
-    pub(crate) fn new(hop: usize) -> Self {
+    /// For so many pairs of channels.
+    pub(crate) fn new(hop: usize, pairs: usize) -> Self {
         let chunks = hop.div_ceil(LANES);
         Self {
             hop,
+            channels: 2 * pairs,
             chunks: vec![[[0.0; LANES]; AMBISONIC_CHANNELS]; chunks],
             sound: vec![0.0; ROWS * chunks * LANES],
             from: [[0.0; AMBISONIC_CHANNELS]; ROWS],
@@ -76,7 +81,7 @@ impl Bus {
 
     #[inline(always)]
     fn direct<S: Simd>(&mut self, simd: S) {
-        let Self { hop, chunks, sound, from, change, rows } = self;
+        let Self { hop, channels, chunks, sound, from, change, rows } = self;
         let len = chunks.len();
         let sound = sound.as_chunks::<LANES>().0;
         for (n, chunk) in chunks.iter_mut().enumerate() {
@@ -86,19 +91,12 @@ impl Bus {
             for (share, change) in shares.as_flattened_mut().iter_mut().zip(change.as_flattened()) {
                 *share += along * change;
             }
-            for tile in 0..AMBISONIC_CHANNELS / TILE {
-                let channels = &mut chunk[tile * TILE..][..TILE];
-                for part in 0..LANES / S::F32_LANES {
-                    let mut sums: [S::f32s; TILE] = std::array::from_fn(|c| S::as_simd_f32s(&channels[c]).0[part]);
-                    for (row, shares) in shares[..*rows].iter().enumerate() {
-                        let values = S::as_simd_f32s(&sound[row * len + n]).0[part];
-                        for c in 0..TILE {
-                            sums[c] = simd.mul_add_e_f32s(simd.splat_f32s(shares[tile * TILE + c]), values, sums[c]);
-                        }
-                    }
-                    for c in 0..TILE {
-                        S::as_mut_simd_f32s(&mut channels[c]).0[part] = sums[c];
-                    }
+            for first in (0..*channels).step_by(TILE) {
+                let waiting = (&shares[..*rows], sound, (len, n));
+                if *channels - first > LAST_TILE {
+                    tile::<S, TILE>(simd, first, waiting, chunk);
+                } else {
+                    tile::<S, LAST_TILE>(simd, first, waiting, chunk);
                 }
             }
         }
@@ -122,6 +120,29 @@ impl Bus {
     }
 }
 
+/// Adds sounds, each `chunks` long, to `N` channels of chunk `n`, from one channel on, by their shares in each.
+#[inline(always)]
+fn tile<S: Simd, const N: usize>(
+    simd: S,
+    first: usize,
+    (shares, sound, (chunks, n)): (&[Channels], &[[f32; LANES]], (usize, usize)),
+    chunk: &mut Chunk,
+) {
+    let channels = &mut chunk[first..][..N];
+    for part in 0..LANES / S::F32_LANES {
+        let mut sums: [S::f32s; N] = std::array::from_fn(|c| S::as_simd_f32s(&channels[c]).0[part]);
+        for (row, shares) in shares.iter().enumerate() {
+            let values = S::as_simd_f32s(&sound[row * chunks + n]).0[part];
+            for c in 0..N {
+                sums[c] = simd.mul_add_e_f32s(simd.splat_f32s(shares[first + c]), values, sums[c]);
+            }
+        }
+        for c in 0..N {
+            S::as_mut_simd_f32s(&mut channels[c]).0[part] = sums[c];
+        }
+    }
+}
+
 /// Where the moving arrivals of all voices are added up, and heard block by block.
 pub(crate) struct AmbisonicBus {
     arch: Arch,
@@ -142,7 +163,7 @@ impl AmbisonicBus {
         let block = head.hop();
         Self {
             arch: Arch::new(),
-            bus: Bus::new(block),
+            bus: Bus::new(block, head.pairs()),
             convolver: HeadConvolver::new(Arc::clone(head)),
             sounds: false,
             is_early,

@@ -1,6 +1,6 @@
 //! Bytes to scenes.
 
-use super::{CHECKSUM, FIELD, MANIFEST, ROOM, SITE, WEIGHTS, checksum};
+use super::{CHECKSUM, FIELD, FRONT, MANIFEST, ROOM, SITE, WEIGHTS, checksum};
 use crate::decode::field::{Basis, LowRank, Rows, mirrored};
 use crate::head::HEAD_BANDS;
 use crate::network::{CloudModel, CloudParts, Tensor};
@@ -13,7 +13,7 @@ use crate::scene::manifest::{
 };
 use crate::scene::{
     AMBISONIC_CHANNELS, AmbisonicHead, Anchor, AnchorCloud, BASS_SIGNALS, BassEars, BassField, Corners, DiffractionEdge,
-    ImageSource, ImageSources, Lifted, MeasuredHead, MeasuredRoom, SceneParts, Site, TailModel, Weather,
+    FrontPoint, ImageSource, ImageSources, Lifted, Measure, MeasuredHead, MeasuredRoom, SceneParts, Site, TailModel, Weather,
 };
 use crate::{Bands, Field, StftGrid, TransferShape};
 use glam::{Mat3, Vec3};
@@ -84,7 +84,10 @@ fn from_manifest(m: Manifest, tensors: &SafeTensors<'_>) -> Result<SceneParts, S
         },
         grid,
         bands,
+        front: read_front(tensors)?,
         taps: m.taps,
+        refresh: m.refresh.unwrap_or(1),
+        decodes: m.decodes.unwrap_or(usize::MAX),
         top_hz: m.top_hz,
         start_pose: (&m.start).into(),
         bounds: (m.bounds[0].into(), m.bounds[1].into()),
@@ -104,6 +107,15 @@ fn from_manifest(m: Manifest, tensors: &SafeTensors<'_>) -> Result<SceneParts, S
         measured,
         cloud: m.cloud.map(|c| read_cloud(&c, tensors)).transpose()?,
     })
+}
+
+fn read_front(tensors: &SafeTensors<'_>) -> Result<Vec<FrontPoint>, SceneError> {
+    if tensors.tensor(FRONT).is_err() {
+        return Ok(Vec::new());
+    }
+    let values = floats(tensors, FRONT, &[None, Some(FrontPoint::NUMBERS)])?;
+    let none = || value("measure of the front", format!("0 to {}", Measure::ALL.len() - 1), "another");
+    values.as_chunks().0.iter().map(|numbers| FrontPoint::of_numbers(numbers).ok_or_else(none)).collect()
 }
 
 fn read_anchors(tensors: &SafeTensors<'_>) -> Result<Vec<Anchor>, SceneError> {

@@ -1,6 +1,6 @@
 //! Scenes to bytes.
 
-use super::{CHECKSUM, FIELD, MANIFEST, ROOM, SITE, WEIGHTS, checksum};
+use super::{CHECKSUM, FIELD, FRONT, MANIFEST, ROOM, SITE, WEIGHTS, checksum};
 use crate::Field;
 use crate::decode::field::{Rows, mirrored};
 use crate::head::HEAD_BANDS;
@@ -11,7 +11,9 @@ use crate::scene::error::SceneError;
 use crate::scene::manifest::{
     MAX_SCENE_BYTES, Manifest, ManifestBass, ManifestCloud, ManifestCorners, ManifestField, ManifestImages, VERSION,
 };
-use crate::scene::{AMBISONIC_CHANNELS, Anchor, BASS_SIGNALS, Corners, ImageSources, MeasuredRoom, SceneParts, Site, Weather};
+use crate::scene::{
+    AMBISONIC_CHANNELS, Anchor, BASS_SIGNALS, Corners, FrontPoint, ImageSources, MeasuredRoom, SceneParts, Site, Weather,
+};
 use glam::{Mat3, Vec3};
 use half::f16;
 use safetensors::tensor::{Dtype, TensorView};
@@ -80,6 +82,8 @@ fn manifest_of(parts: &SceneParts) -> Manifest {
         grid: (&parts.grid).into(),
         seed: parts.tail.seed,
         taps: parts.taps,
+        refresh: (parts.refresh != 1).then_some(parts.refresh),
+        decodes: (parts.decodes != usize::MAX).then_some(parts.decodes),
         top_hz: parts.top_hz,
         start: (&parts.start_pose).into(),
         bounds: [parts.bounds.0.to_array(), parts.bounds.1.to_array()],
@@ -111,6 +115,10 @@ fn entries_of(parts: &SceneParts) -> Vec<Entry<'_>> {
         entry("tail.coherence", &[parts.tail.coherence.len()], &parts.tail.coherence),
         entry("tail.t60_s", &[parts.tail.t60_s.len()], &parts.tail.t60_s),
     ];
+    if !parts.front.is_empty() {
+        let numbers: Vec<f32> = parts.front.iter().flat_map(FrontPoint::numbers).collect();
+        entries.push(entry(FRONT, &[parts.front.len(), FrontPoint::NUMBERS], numbers));
+    }
     if let Some(measured) = &parts.measured {
         measured_entries(measured, parts, &mut entries);
     }

@@ -1,7 +1,7 @@
 //! Arguments of `promenade bake`, and of all that reads responses.
 
-use super::values::{parse_bounds, parse_pair};
-use clap::{ArgGroup, Args, Subcommand, ValueEnum};
+use super::values::{parse_bounds, parse_pair, within};
+use clap::{Args, Subcommand, ValueEnum};
 use promenade_baker::{BakeError, LoadOptions, Responses, Side};
 use promenade_core::glam::Vec3;
 use std::path::PathBuf;
@@ -12,35 +12,21 @@ pub(crate) enum BakeSource {
     Responses(BakeResponsesArgs),
     /// From a scene's own anchor cloud: a table that plays in the tiers draft and standard
     Field(BakeFieldArgs),
-    /// From a scene: one that keeps less of what it holds and costs less, as `measure --trade` recommends
+    /// From a scene: one that keeps less of what it holds and costs less
     Less(BakeLessArgs),
 }
 
 #[derive(Debug, Args)]
-#[command(group(ArgGroup::new("kept").args(["taps", "images", "half"]).required(true)))]
 pub(crate) struct BakeLessArgs {
     /// Scene file
     pub(crate) scene: PathBuf,
-    /// Keep the first so many taps of its time filters; the late part begins where they end
-    #[arg(long, value_name = "N")]
-    pub(crate) taps: Option<usize>,
-    /// Keep the so many strongest image sources
-    #[arg(long, value_name = "N")]
-    pub(crate) images: Option<usize>,
-    /// Keep every second node of its tables
-    #[arg(long, value_enum, value_name = "NODES")]
-    pub(crate) half: Option<NodesArg>,
+    /// Keep what stays within this error, in differences that are just noticed; without it all, with the settings that players
+    /// choose from
+    #[arg(long, value_name = "JND", value_parser = within(0.0, 1000.0))]
+    pub(crate) within: Option<f32>,
     /// Scene file to write
     #[arg(short, long, value_name = "SCENE")]
     pub(crate) output: PathBuf,
-}
-
-/// Nodes that are thinned together.
-#[derive(Clone, Copy, Debug, ValueEnum)]
-pub(crate) enum NodesArg {
-    Directions,
-    Elevations,
-    Places,
 }
 
 #[derive(Debug, Args)]

@@ -21,10 +21,7 @@ pub(super) const EXAMPLES: [(&str, [&str; 2]); 35] = [
     ),
     (
         "bake less",
-        [
-            "bake less hall.promenade -o less.promenade --taps 12",
-            "bake less hall.promenade -o less.promenade --half directions",
-        ],
+        ["bake less hall.promenade -o less.promenade --within 0.5", "bake less hall.promenade -o with-front.promenade"],
     ),
     ("responses manifest", ["responses manifest my-room", "responses manifest my-room --distance 1.5"]),
     (

@@ -24,7 +24,8 @@ pub(crate) struct MeasureArgs {
     /// Dry mono sound (WAV) that an anchor cloud's streams are compared on; without it, noise bursts and tone clicks
     #[arg(long, value_name = "FILE", conflicts_with = "response")]
     pub(crate) input: Option<PathBuf>,
-    /// Poses that an anchor cloud's streams are compared at, the start pose and random ones; without it, 6
+    /// Poses that an anchor cloud's streams are compared at, the start pose and random ones; without it, 6. With --trade, others
+    /// at which settings are compared too
     #[arg(long, value_name = "N", conflicts_with = "response", value_parser = clap::value_parser!(u32).range(1..=1000))]
     pub(crate) poses: Option<u32>,
     /// Responses that the scene was baked and held out from (folder with a responses.json, manifest or SOFA file): also how far
@@ -34,24 +35,15 @@ pub(crate) struct MeasureArgs {
     /// Folder of the WAV files that their manifest names
     #[arg(long, value_name = "DIR", requires = "listener")]
     pub(crate) root: Option<PathBuf>,
-    /// What the scene costs and how far it is off in each tier, and with fewer taps, images, nodes and decodes
-    #[arg(long, conflicts_with_all = ["response", "input", "poses", "seconds"])]
+    /// What less of the scene costs and how far it is off: fewer taps and images, a lower order, slower refreshing
+    #[arg(long, conflicts_with_all = ["response", "input", "seconds"])]
     pub(crate) trade: bool,
-    /// Scene to whose best the errors are, in place of this one's: the one of which this holds a part
-    #[arg(long, value_name = "SCENE", requires = "trade")]
-    pub(crate) beside: Option<PathBuf>,
     /// Also a plot of it, SVG or PNG by the name
     #[arg(long, value_name = "FILE", requires = "trade")]
     pub(crate) plot: Option<PathBuf>,
     /// Recommend the cheapest setting with at most this error, in differences that are just noticed
     #[arg(long, value_name = "JND", default_value_t = 1.0, requires = "trade", value_parser = within(0.0, 1000.0))]
-    pub(crate) within: f64,
-    /// And at most this log-spectral distance to the scene's best while walking, dB
-    #[arg(long, value_name = "DB", default_value_t = 3.0, requires = "trade", value_parser = within(0.0, 1000.0))]
-    pub(crate) walking: f64,
-    /// Recommend the most accurate setting that takes at most this share of a core, percent
-    #[arg(long, value_name = "PERCENT", requires = "trade", conflicts_with = "within", value_parser = within(0.0, 100.0))]
-    pub(crate) budget: Option<f64>,
+    pub(crate) within: f32,
     /// Binaural impulse response (WAV) to measure, as JSON
     #[arg(long, value_name = "FILE")]
     pub(crate) response: Option<PathBuf>,

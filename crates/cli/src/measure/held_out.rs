@@ -1,10 +1,9 @@
 //! A scene's rendered responses against the measurements that it was not baked from.
 
-use super::{HOST_BLOCK, HOST_RATE_HZ, Part};
+use super::Part;
 use crate::args::MeasureArgs;
 use crate::report;
 use anyhow::{Context, Result, anyhow};
-use promenade_baker::cost::{TierCost, tier_costs};
 use promenade_baker::measure::{Comparison, MeanErrors, compare_held_out, mean_level_errors_db, response_s};
 use promenade_baker::trade::{JND_DB, JND_DECAY, JND_ITD_S};
 use promenade_core::{OCTAVES_HZ, ResponseMeasures, Scene};
@@ -12,23 +11,15 @@ use serde_json::{Value, json};
 use std::path::Path;
 use std::sync::Arc;
 
-/// Seconds of sound that a cost is measured on.
-const COST_S: f64 = 2.0;
-
 pub(crate) fn measure(scene: &Arc<Scene>, path: &Path, args: &MeasureArgs) -> Result<Part> {
     let name = path.display();
     let seconds = args.seconds.unwrap_or_else(|| response_s(scene));
     let comparisons = compare_held_out(scene, seconds).with_context(|| name.to_string())?;
     let mean = MeanErrors::of(&comparisons).ok_or_else(|| anyhow!("{name}: nothing was compared"))?;
-    let costs = tier_costs(scene, HOST_RATE_HZ, HOST_BLOCK, COST_S);
     Ok(Part {
-        text: [false, true].map(|markdown| {
-            as_table(&comparisons, &mean, markdown)
-                + "\n"
-                + &level_table(&comparisons, markdown)
-                + &cost_table(&costs, markdown)
-        }),
-        json: as_json(&comparisons, &mean, &costs),
+        text: [false, true]
+            .map(|markdown| as_table(&comparisons, &mean, markdown) + "\n" + &level_table(&comparisons, markdown)),
+        json: as_json(&comparisons, &mean),
     })
 }
 
@@ -93,19 +84,7 @@ fn or_dash(text: Option<String>) -> String {
     text.unwrap_or_else(|| "-".to_owned())
 }
 
-/// Cost of each tier for a listener who walks and turns.
-fn cost_table(costs: &[TierCost], markdown: bool) -> String {
-    let head = ["tier", "share of real time, one core", "times a bare STFT"];
-    let mut rows = vec![head.map(str::to_owned).to_vec()];
-    for c in costs {
-        rows.push(vec![c.tier.name().to_owned(), format!("{:.4}", c.real_time), format!("{:.1}", c.times_stft)]);
-    }
-    report::table(&rows, markdown)
-}
-
-fn as_json(comparisons: &[Comparison], mean: &MeanErrors, costs: &[TierCost]) -> Value {
-    let costs: Vec<Value> =
-        costs.iter().map(|c| json!({ "tier": c.tier.name(), "real_time": c.real_time, "times_stft": c.times_stft })).collect();
+fn as_json(comparisons: &[Comparison], mean: &MeanErrors) -> Value {
     let poses: Vec<Value> = comparisons
         .iter()
         .map(|c| {
@@ -115,7 +94,6 @@ fn as_json(comparisons: &[Comparison], mean: &MeanErrors, costs: &[TierCost]) ->
         .collect();
     json!({
         "poses": poses,
-        "cost": { "sample_rate_hz": HOST_RATE_HZ, "block": HOST_BLOCK, "tiers": costs },
         "mean_absolute_error": {
             "itd_us": 1e6 * mean.itd_s,
             "ild_db": mean.ild_db,

@@ -1,38 +1,41 @@
-//! What each setting of a scene costs, and how far it is off.
+//! What less of a scene costs, and how far it is off.
 
 use super::{HOST_BLOCK, HOST_RATE_HZ};
 use crate::args::MeasureArgs;
-use crate::{bake, plot, report, scene};
+use crate::{plot, report};
 use anyhow::{Context, Result, bail};
 use promenade_baker::atomic;
-use promenade_baker::trade::{TradePoint, Way, trade_beside, truth_jnds};
-use promenade_core::Scene;
+use promenade_baker::cost::real_times;
+use promenade_baker::trade::{STANDARD_JNDS, elsewhere, errors_to_measurements, front, largest, usual, within};
+use promenade_core::{Audible, FrontPoint, Scene, Setting};
 use serde_json::{Value, json};
 use std::path::Path;
 use std::sync::Arc;
 
+/// A setting with what was measured of it besides the front.
+struct Row {
+    point: FrontPoint,
+    /// Of a core.
+    real_time: f64,
+    memory_bytes: usize,
+    to_measured: Option<Audible>,
+    elsewhere: Option<Audible>,
+}
+
 pub(super) fn run(of: &Arc<Scene>, path: &Path, args: &MeasureArgs) -> Result<()> {
-    let other = args.beside.as_deref().map(scene::read).transpose()?;
-    let other = other.as_ref().unwrap_or(of);
-    let [rate_hz, other_hz] = [of, other].map(|scene| scene.grid().sample_rate_hz);
-    if (rate_hz, of.bounds(), of.start_pose()) != (other_hz, other.bounds(), other.start_pose()) {
-        bail!("--beside: expected a scene of the same rate, bounds and start pose as {}, found another", path.display());
-    }
-    let points = trade_beside(of, other, HOST_RATE_HZ, HOST_BLOCK).with_context(|| path.display().to_string())?;
-    let chosen = recommended(&points, args);
+    let limits = [&STANDARD_JNDS[..], &[args.within]].concat();
+    let points = front(of, &limits, &|| true).with_context(|| path.display().to_string())?;
+    let chosen = within(&points, args.within).copied();
+    let rows = rows(of, &points, args)?;
     if let Some(file) = &args.plot {
         let title = if of.title().is_empty() { report::file_name(path) } else { of.title().to_owned() };
-        let (name, error) = drawn(&points);
+        let named: Vec<String> = points.iter().map(|point| words(point.setting, of)).collect();
         let shown: Vec<plot::Point> = points
             .iter()
-            .map(|p| {
-                // By what is drawn alone: another may be worth its cost for what is not.
-                let better = |q: &TradePoint| q.name != p.name && q.real_time <= p.real_time && error(q) <= error(p);
-                let stands_out = !points.iter().any(better);
-                plot::Point { name: &p.name, x: 100.0 * p.real_time, y: error(p), stands_out }
-            })
+            .zip(&named)
+            .map(|(p, name)| plot::Point { name, x: 100.0 * f64::from(p.cost), y: p.error.jnds.into(), stands_out: true })
             .collect();
-        let axes = ["processor time of one core, %, walking", name];
+        let axes = ["operations, % of all of the scene", "error, JND"];
         let bytes = match file.extension().and_then(|e| e.to_str()) {
             Some("svg") => plot::points_svg(&title, axes, &shown)?.into_bytes(),
             Some("png") => plot::points_png(&title, axes, &shown)?,
@@ -40,39 +43,47 @@ pub(super) fn run(of: &Arc<Scene>, path: &Path, args: &MeasureArgs) -> Result<()
         };
         atomic::write(file, &bytes)?;
     }
-    let text = |markdown| table(&points, markdown) + "\n" + &sentence(chosen, path, args) + "\n";
-    report::tables(&args.files(), &as_json(&points, chosen, path), text)
+    let text = |markdown| table(&rows, of, markdown) + "\n" + &sentence(chosen.as_ref(), of, path, args) + "\n";
+    report::tables(&args.files(), &as_json(&rows, of, chosen.as_ref(), path, args), text)
 }
 
-/// The error that is drawn, with its name: to the measurements where there are any; else to the scene's own best while walking,
-/// since standing it is often nothing for many settings.
-fn drawn(points: &[TradePoint]) -> (&'static str, fn(&TradePoint) -> f64) {
-    if points.iter().any(|p| p.to_truth.is_some()) {
-        ("error to the measurements, JND", TradePoint::error_jnds)
-    } else {
-        ("distance to the scene's best while walking, dB", |p| p.walking_db)
-    }
+fn rows(of: &Arc<Scene>, points: &[FrontPoint], args: &MeasureArgs) -> Result<Vec<Row>> {
+    let scenes: Vec<Arc<Scene>> = points.iter().filter_map(|p| of.with_setting(p.setting).map(Arc::new)).collect();
+    let played: Vec<_> = scenes.iter().map(|scene| (Arc::clone(scene), usual(scene))).collect();
+    let times = real_times(&played, HOST_RATE_HZ, HOST_BLOCK);
+    let settings: Vec<Setting> = points.iter().map(|p| p.setting).collect();
+    let elsewhere = args.poses.map(|count| elsewhere(of, &settings, count as usize)).transpose()?.unwrap_or_default();
+    let some = |errors: &[Audible]| (!errors.is_empty()).then(|| largest(errors));
+    let row = |(n, ((point, scene), real_time)): (usize, ((&FrontPoint, &Arc<Scene>), Option<f64>))| -> Result<Row> {
+        Ok(Row {
+            point: *point,
+            real_time: real_time.unwrap_or(f64::NAN),
+            memory_bytes: scene.memory_bytes(),
+            to_measured: some(&errors_to_measurements(scene, usual(scene))?),
+            elsewhere: elsewhere.get(n).and_then(|errors| some(errors)),
+        })
+    };
+    points.iter().zip(&scenes).zip(times).enumerate().map(row).collect()
 }
 
-/// The command that has a setting.
-fn command(point: &TradePoint, path: &Path) -> String {
+/// What of a scene is left out.
+pub(crate) fn words(setting: Setting, of: &Scene) -> String {
+    let (all, its) = (Setting::ALL.of(of), setting.of(of));
+    let mut parts = Vec::new();
+    let mut less = |differs: bool, text: String| parts.extend(differs.then_some(text));
+    less(its.taps < all.taps, format!("{} of {} taps", its.taps, all.taps));
+    less(its.images < all.images, format!("{} of {} images", its.images, all.images));
+    less(its.order < all.order, format!("order {}", its.order));
+    less(its.refresh > all.refresh, format!("refreshed {} times as slowly", its.refresh));
+    less(its.waves != all.waves, "no waves".to_owned());
+    less(its.decodes < all.decodes, format!("{} decodes/s", its.decodes));
+    if parts.is_empty() { "all".to_owned() } else { parts.join(", ") }
+}
+
+/// The command that plays the scene so.
+fn command(path: &Path, args: &MeasureArgs) -> String {
     let file = quoted(&path.display().to_string());
-    match point.way {
-        Way::Tier => format!("promenade render {file} IN.wav -o OUT.wav --tier {}", point.tier.name()),
-        Way::Decodes(hz) => {
-            format!("promenade render {file} IN.wav -o OUT.wav --tier {} --decode-rate {hz}", point.tier.name())
-        }
-        Way::Less(less) => format!("promenade bake less {file} {} -o LESS.promenade", bake::option(less)),
-    }
-}
-
-/// How the plugin has it.
-fn in_the_plugin(point: &TradePoint) -> String {
-    match point.way {
-        Way::Tier => format!("Tier {}", point.tier.name()),
-        Way::Decodes(hz) => format!("Tier {}, Decode Rate {hz} Hz", point.tier.name()),
-        Way::Less(_) => format!("play LESS.promenade, Tier {}", point.tier.name()),
-    }
+    format!("promenade render {file} IN.wav -o OUT.wav --within {}", args.within)
 }
 
 /// A name as a shell reads it.
@@ -81,118 +92,63 @@ fn quoted(name: &str) -> String {
     if !name.is_empty() && name.chars().all(plain) { name.to_owned() } else { format!("'{}'", name.replace('\'', "'\\''")) }
 }
 
-/// The cheapest setting within the wanted error, or with a budget the most accurate within that.
-fn recommended<'a>(points: &'a [TradePoint], args: &MeasureArgs) -> Option<&'a TradePoint> {
-    match args.budget {
-        Some(percent) => {
-            let within = points.iter().filter(|p| 100.0 * p.real_time <= percent);
-            within.min_by(|a, b| a.error_jnds().total_cmp(&b.error_jnds()))
-        }
-        None => points.iter().find(|p| p.error_jnds() <= args.within && p.walking_db <= args.walking),
-    }
-}
-
-fn sentence(chosen: Option<&TradePoint>, path: &Path, args: &MeasureArgs) -> String {
-    let wanted = args.budget.map_or_else(
-        || format!("The cheapest within {} JND and {} dB walking", args.within, args.walking),
-        |percent| format!("The most accurate within {percent} % of a core"),
-    );
+fn sentence(chosen: Option<&FrontPoint>, of: &Scene, path: &Path, args: &MeasureArgs) -> String {
     match chosen {
         Some(p) => format!(
-            "{wanted}: {} ({:.2} %, {:.2} JND, {:.2} dB walking).\n\n  {}\n\nIn the plugin: {}.",
-            p.name,
-            100.0 * p.real_time,
-            p.error_jnds(),
-            p.walking_db,
-            command(p, path),
-            in_the_plugin(p)
+            "Within {} JND: {} ({:.0} % of the operations, {:.2} JND by {}).\n\n  {}",
+            args.within,
+            words(p.setting, of),
+            100.0 * p.cost,
+            p.error.jnds,
+            p.error.measure.name(),
+            command(path, args)
         ),
-        None => format!("{wanted}: none."),
+        None => format!("Within {} JND: none.", args.within),
     }
 }
 
-fn table(points: &[TradePoint], markdown: bool) -> String {
-    let truth = points.iter().any(|p| p.to_truth.is_some());
-    let mut head = vec![
-        "setting",
-        "% of a core",
-        "x STFT",
-        "MB",
-        "ITD us",
-        "ILD dB",
-        "T20 %",
-        "C50 dB",
-        "octaves dB",
-        "walking dB",
-        "heard off, degrees",
-        "JND",
-    ];
-    if truth {
-        head.push("JND to measured");
-    }
-    head.push("");
-    let mut rows = vec![head.into_iter().map(str::to_owned).collect::<Vec<_>>()];
-    for p in points {
-        let e = &p.to_best;
-        let mut row = vec![
-            p.name.clone(),
-            format!("{:.2}", 100.0 * p.real_time),
-            format!("{:.1}", p.times_stft),
-            format!("{:.1}", p.memory_bytes as f64 / 1e6),
-            format!("{:.0}", 1e6 * e.itd_s),
-            format!("{:.2}", e.ild_db),
-            e.t20.map_or_else(|| "-".to_owned(), |t| format!("{:.1}", 100.0 * t)),
-            format!("{:.2}", e.c50_db),
-            format!("{:.2}", e.octaves_db),
-            format!("{:.2}", p.walking_db),
-            p.heard_off_deg.map_or_else(|| "-".to_owned(), |off| format!("{off:.1}")),
-            format!("{:.2}", e.jnds()),
+fn table(rows: &[Row], of: &Scene, markdown: bool) -> String {
+    let error = |error: &Audible| format!("{:.2} by {}", error.jnds, error.measure.name());
+    let some = |found: &Option<Audible>| found.as_ref().map(error);
+    let mut head = vec!["setting", "operations, %", "% of a core", "MB", "JND"];
+    head.extend(rows.iter().any(|row| row.elsewhere.is_some()).then_some("JND elsewhere"));
+    head.extend(rows.iter().any(|row| row.to_measured.is_some()).then_some("JND to measured"));
+    let mut lines = vec![head.into_iter().map(str::to_owned).collect::<Vec<_>>()];
+    for row in rows {
+        let mut line = vec![
+            words(row.point.setting, of),
+            format!("{:.0}", 100.0 * row.point.cost),
+            format!("{:.2}", 100.0 * row.real_time),
+            format!("{:.1}", row.memory_bytes as f64 / 1e6),
+            error(&row.point.error),
         ];
-        if truth {
-            row.push(p.to_truth.as_ref().map_or_else(|| "-".to_owned(), |t| format!("{:.2}", truth_jnds(t))));
-        }
-        row.push(if p.dominated { "dominated" } else { "" }.to_owned());
-        rows.push(row);
+        line.extend(some(&row.elsewhere));
+        line.extend(some(&row.to_measured));
+        lines.push(line);
     }
-    report::table(&rows, markdown)
+    report::table(&lines, markdown)
 }
 
-fn as_json(points: &[TradePoint], chosen: Option<&TradePoint>, path: &Path) -> Value {
-    let point = |p: &TradePoint| {
-        let e = &p.to_best;
+fn as_json(rows: &[Row], of: &Scene, chosen: Option<&FrontPoint>, path: &Path, args: &MeasureArgs) -> Value {
+    let error = |error: &Audible| json!({ "jnd": error.jnds, "measure": error.measure.name() });
+    let row = |row: &Row| {
+        let Setting { taps, images, order, refresh, waves, decodes } = row.point.setting;
         json!({
-            "name": p.name,
-            "tier": p.tier.name(),
-            "offered": p.way == Way::Tier,
-            "command": command(p, path),
-            "real_time": p.real_time,
-            "times_stft": p.times_stft,
-            "memory_bytes": p.memory_bytes,
-            "to_best": {
-                "itd_us": 1e6 * e.itd_s,
-                "ild_db": e.ild_db,
-                "t20_percent": e.t20.map(|t| 100.0 * t),
-                "c50_db": e.c50_db,
-                "octaves_db": e.octaves_db,
-                "walking_lsd_db": p.walking_db,
-                "jnd": e.jnds(),
-            },
-            "to_measured": p.to_truth.as_ref().map(|t| json!({
-                "itd_us": 1e6 * t.itd_s,
-                "ild_db": t.ild_db,
-                "t20_percent": t.t20.map(|t| 100.0 * t),
-                "edt_percent": t.edt.map(|t| 100.0 * t),
-                "c50_db": t.c50_db,
-                "jnd": truth_jnds(t),
-            })),
-            "heard_off_deg": p.heard_off_deg,
-            "dominated": p.dominated,
+            "name": words(row.point.setting, of),
+            "setting": { "taps": taps, "images": images, "order": order, "refresh": refresh, "waves": waves, "decodes": decodes },
+            "operations": row.point.cost,
+            "real_time": row.real_time,
+            "memory_bytes": row.memory_bytes,
+            "error": error(&row.point.error),
+            "elsewhere": row.elsewhere.as_ref().map(error),
+            "to_measured": row.to_measured.as_ref().map(error),
         })
     };
     json!({
         "host": { "sample_rate_hz": HOST_RATE_HZ, "block": HOST_BLOCK },
-        "settings": points.iter().map(point).collect::<Vec<_>>(),
-        "recommended": chosen.map(|p| &p.name),
-        "command": chosen.map(|p| command(p, path)),
+        "front": rows.iter().map(row).collect::<Vec<_>>(),
+        "within": args.within,
+        "chosen": chosen.map(|p| words(p.setting, of)),
+        "command": command(path, args),
     })
 }

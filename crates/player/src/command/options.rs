@@ -36,6 +36,8 @@ pub(super) struct Options {
     pub(super) sources: Vec<(Place, f32, PathBuf)>,
     pub(super) tier: Option<Playing>,
     pub(super) decode_rate_hz: Option<f32>,
+    /// Differences that are just noticed.
+    pub(super) within: Option<f32>,
     pub(super) latency: Latency,
     pub(super) ambix: bool,
     /// Of Ambisonics.
@@ -93,6 +95,7 @@ impl Options {
             // The second is an older name.
             "further" | "source" => self.sources.push(given.value(source)?),
             "tier" => self.tier = Some(given.value(tier)?),
+            "within" => self.within = Some(given.within(0.0, 1000.0)?),
             "decode-rate" => self.decode_rate_hz = Some(given.within(1.0, 1000.0)?),
             "latency" => self.latency = given.value(latency)?,
             "format" => self.ambix = given.value(is_ambix)?,

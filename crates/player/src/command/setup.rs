@@ -7,7 +7,8 @@ use crate::error::of;
 use crate::{Player, PlayerError, Source, Voice, read_head, read_headphones};
 use promenade_audio::FileError;
 use promenade_core::glam::Vec3;
-use promenade_core::{CameraPath, LiveParams, Playback, Pose, Scene};
+use promenade_core::{Audible, CameraPath, LiveParams, Playback, Pose, Scene};
+use promenade_judge::trade::scene_within;
 use promenade_paths::ImportOptions;
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -33,6 +34,16 @@ impl Walk {
 /// The scene with the head and the emitter that are asked for.
 pub(super) fn scene(options: &Options) -> Result<Arc<Scene>, PlayerError> {
     let mut scene = read_scene(&options.files[0])?;
+    if let Some(jnds) = options.within {
+        let (kept, point) = scene_within(&scene, jnds, &|| true).map_err(of(&options.files[0]))?;
+        let Audible { jnds, measure } = point.error;
+        terminal::note(format_args!(
+            "--within: {:.0} % of the operations of all of the scene, {jnds:.2} JND by {}",
+            100.0 * point.cost,
+            measure.name()
+        ));
+        scene = kept;
+    }
     if let Some(file) = &options.head {
         let head = read_head(file)?;
         terminal::notes(head.notes());

@@ -13,6 +13,9 @@ import { numbers } from "./settings.js";
 
 export { SETTINGS, TIERS } from "./settings.js";
 
+/** Sounds in one scene at most. */
+export const MOST_SOUNDS = 16;
+
 const here = (file) => new URL(file, import.meta.url);
 
 /** The compiled module, once for a page. */
@@ -80,7 +83,7 @@ export async function warmUp(context) {
 }
 
 /**
- * One dry sound in one scene. Events: `entered` (a scene is played; detail has slot and latency in seconds), `report`
+ * Dry sounds in one scene. Events: `entered` (a scene is played; detail has slot and latency in seconds), `report`
  * (30 a second: peaks, heard pose, poseDelay in seconds, tier, answers of the live decoder so far), `died` (detail.text
  * says why; `revive()` is the way back).
  */
@@ -97,14 +100,19 @@ export class Engine extends EventTarget {
     this.context = context;
     this.module = module;
     this.name = `engine ${engines++}`;
-    /** Where dry sound goes in, one or two channels, and both ears come out. They stay the same for good. */
-    this.input = new GainNode(context);
+    /**
+     * Where dry sounds go in, the first with one or two channels and the others with one, and both ears come out. They stay
+     * the same for good.
+     */
+    this.inputs = Array.from({ length: MOST_SOUNDS }, () => new GainNode(context));
+    this.input = this.inputs[0];
     this.output = new GainNode(context);
     /** What has been loaded, by slot. */
     this.loaded = new Map();
     this.acks = new Map();
     this.acked = 0;
     this.values = new Map();
+    this.offsets = new Map();
     this.dead = false;
     this.start();
   }
@@ -113,7 +121,7 @@ export class Engine extends EventTarget {
     const { context, module } = this;
     if (this.node) this.end();
     this.node = new AudioWorkletNode(context, "promenade", {
-      numberOfInputs: 1,
+      numberOfInputs: MOST_SOUNDS,
       numberOfOutputs: 1,
       outputChannelCount: [2],
       processorOptions: { module },
@@ -123,7 +131,8 @@ export class Engine extends EventTarget {
     const { port1, port2 } = new MessageChannel();
     preparer.call({ kind: "connect", port: port1 }, [port1]);
     this.node.port.postMessage({ kind: "decoder", port: port2 }, [port2]);
-    this.input.connect(this.node).connect(this.output);
+    this.inputs.forEach((input, sound) => input.connect(this.node, 0, sound));
+    this.node.connect(this.output);
   }
 
   /** Ends the processor: the audio thread runs it, whatever it is connected to, until it says itself that it is done. */
@@ -131,7 +140,7 @@ export class Engine extends EventTarget {
     // What it still has to say is of the past.
     this.node.port.onmessage = this.node.onprocessorerror = null;
     this.post({ kind: "close" });
-    this.input.disconnect();
+    for (const input of this.inputs) input.disconnect();
     this.node.disconnect();
   }
 
@@ -174,13 +183,13 @@ export class Engine extends EventTarget {
    *
    * `bytes` is a scene file (ArrayBuffer or Uint8Array, not changed). Options: `slot` keeps it beside scenes of other
    * slots (by default they take each other's place), `hear: false` only makes it ready for `select`, `head` and
-   * `headphones` are bytes, `secondEmitter` makes the setting stereoSpread possible, `inline` decodes live tiers on the
-   * audio thread, for offline contexts.
+   * `headphones` are bytes, `secondEmitter` makes the setting stereoSpread possible for the first sound, `inline` decodes
+   * live tiers on the audio thread, for offline contexts, and `further` is how many sounds may be played beside the first.
    *
    * Gives the scene's description and points once it is played. Throws with the reason where the bytes are no scene.
    */
-  async load(bytes, { slot = "main", hear = true, head, headphones, secondEmitter, inline } = {}) {
-    const options = { slot, hear, head, headphones, secondEmitter, inline };
+  async load(bytes, { slot = "main", hear = true, head, headphones, secondEmitter, inline, further } = {}) {
+    const options = { slot, hear, head, headphones, secondEmitter, inline, further };
     const turn = (this.turn = (this.turn ?? 0) + 1);
     const name = `${this.name} ${slot} ${turn}`;
     const prepared = await preparer.call({
@@ -192,6 +201,7 @@ export class Engine extends EventTarget {
       headphones,
       secondEmitter,
       inline,
+      further,
     });
     const { memory, ...scene } = prepared;
     const before = this.loaded.get(slot);
@@ -234,6 +244,12 @@ export class Engine extends EventTarget {
     this.post({ kind: "set", values: numbers(values) });
   }
 
+  /** Puts a sound, 0 for the first, some metres from where the scene has its own. */
+  put(sound, offset) {
+    this.offsets.set(sound, offset);
+    this.post({ kind: "put", sound, offset });
+  }
+
   /** The listener's pose, taken at a time of `performance.now()`, seconds. Poses are glided between, sample by sample. */
   pose(position, quaternion, at = performance.now() / 1000) {
     this.last = [...position, ...quaternion];
@@ -272,6 +288,7 @@ export class Engine extends EventTarget {
     this.start();
     this.dead = false;
     this.post({ kind: "set", values: numbers(Object.fromEntries(this.values)) });
+    for (const [sound, offset] of this.offsets) this.post({ kind: "put", sound, offset });
     if (this.rows) this.post({ kind: "way", rows: this.rows });
     if (this.last) this.post({ kind: "jump", pose: this.last });
     for (const { bytes, options } of [...this.loaded.values()]) await this.load(bytes, options);

@@ -51,13 +51,17 @@ export class Instance {
     return new Float32Array(this.f.memory.buffer, at, this.f.points_len()).slice();
   }
 
-  /** Views of inputs and ears; memory that has grown needs new ones. */
+  /**
+   * Views of inputs (both channels of the first sound, one of each further one) and ears; memory that has grown needs new
+   * ones.
+   */
   views() {
     const { buffer } = this.f.memory;
     if (this.buffer !== buffer) {
       this.buffer = buffer;
       const view = (at) => new Float32Array(buffer, at, 1024);
-      this.inputs = [view(this.f.input(0)), view(this.f.input(1))];
+      this.inputs = [];
+      for (let at; (at = this.f.input(this.inputs.length)) !== 0; ) this.inputs.push(view(at));
       this.ears = [view(this.f.ear(0)), view(this.f.ear(1))];
     }
     return this;

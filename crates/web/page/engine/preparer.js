@@ -16,12 +16,12 @@ const answers = {
   },
 
   /** Reads a scene; gives its description, points to draw, and the memory of an instance that is ready to play it. */
-  prepare({ name, rate, scene, head, headphones, secondEmitter, inline }) {
+  prepare({ name, rate, scene, head, headphones, secondEmitter, inline, further }) {
     const made = new Instance(module);
     made.f.start(rate);
     if (head) made.take("head", head);
     if (headphones) made.take("headphones", headphones);
-    made.take("load", scene, (secondEmitter ? 1 : 0) + (inline ? 2 : 0));
+    made.take("load", scene, (secondEmitter ? 1 : 0) + (inline ? 2 : 0), further ?? 0);
     made.f.describe();
     const description = JSON.parse(made.text());
     const anchors = made.row(made.f.points(0));
@@ -36,12 +36,12 @@ const answers = {
 
   /** Connects a port of an audio thread, which asks for poses. */
   connect({ port }) {
-    port.onmessage = ({ data: { closed, name, slot, stream, pose } }) => {
+    port.onmessage = ({ data: { closed, name, slot, voice, pose } }) => {
       if (closed) return port.close();
       const decoder = decoders.get(name);
       if (!decoder) return;
       const row = decoder.row(decoder.f.decode(...pose));
-      port.postMessage({ slot, stream, row }, [row.buffer]);
+      port.postMessage({ slot, voice, row }, [row.buffer]);
     };
     return {};
   },

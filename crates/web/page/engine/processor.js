@@ -24,6 +24,8 @@ class PromenadeProcessor extends AudioWorkletProcessor {
     /** Instances that are played though they are not heard, so that their rooms sound when they are wanted. */
     this.warm = new Set();
     this.settings = new Map();
+    /** How far sounds are moved, by number. */
+    this.offsets = new Map();
     this.path = null;
     this.peaks = [0, 0];
     this.reported = 0;
@@ -68,6 +70,11 @@ class PromenadeProcessor extends AudioWorkletProcessor {
     }
   }
 
+  put({ sound, offset }) {
+    this.offsets.set(sound, offset);
+    this.all((f) => f.put(sound, ...offset));
+  }
+
   pose({ pose, at }) {
     this.all((f) => f.glide(...pose, at));
     this.last = pose;
@@ -100,11 +107,11 @@ class PromenadeProcessor extends AudioWorkletProcessor {
 
   decoder({ port }) {
     this.decoderPort = port;
-    port.onmessage = ({ data: { slot, stream, row } }) => {
+    port.onmessage = ({ data: { slot, voice, row } }) => {
       const instance = this.slots.get(slot);
       if (instance) {
         instance.write(row);
-        this.answers += instance.f.answer(stream);
+        this.answers += instance.f.answer(voice);
       }
     };
   }
@@ -155,6 +162,7 @@ class PromenadeProcessor extends AudioWorkletProcessor {
     instance.slot = slot;
     instance.latency = instance.f.latency();
     for (const [setting, value] of this.settings) instance.f.set(setting, value);
+    for (const [sound, offset] of this.offsets) instance.f.put(sound, ...offset);
     if (this.path) instance.take("path", this.path);
     const heard = this.current?.heard();
     if (heard) instance.f.jump(...heard.slice(0, 7));
@@ -180,18 +188,27 @@ class PromenadeProcessor extends AudioWorkletProcessor {
   }
 
   /** Plays a block of one instance into its ears. */
-  play(instance, input, n) {
+  play(instance, [first, ...others], n) {
     const { f, inputs } = instance.views();
-    const channels = Math.min(input.length, 2);
+    const channels = Math.min(first.length, 2);
     for (let c = 0; c < Math.max(channels, 1); c++) {
-      if (channels > c) inputs[c].set(input[c]);
+      if (channels > c) inputs[c].set(first[c]);
       else inputs[c].fill(0, 0, n);
     }
-    f.process(Math.max(channels, 1), n);
+    // Sounds that nothing is connected to have no channels.
+    let further = 0;
+    for (const [i, [left, right]] of others.entries()) {
+      const samples = inputs[2 + i];
+      if (!left || !samples) continue;
+      further |= 1 << i;
+      if (right) for (let s = 0; s < n; s++) samples[s] = (left[s] + right[s]) / 2;
+      else samples.set(left);
+    }
+    f.process(Math.max(channels, 1), further, n);
     return instance.views().ears;
   }
 
-  process([input], [output]) {
+  process(input, [output]) {
     if (this.closed) return false;
     const n = output[0].length;
     if (this.arriving.length > 0) this.receive({ kind: "copyNext" });
@@ -238,12 +255,12 @@ class PromenadeProcessor extends AudioWorkletProcessor {
 
   /** Carries questions of live decoders to the Worker. */
   ask() {
-    const { f, name, slot } = this.current;
-    for (let stream = 0; stream < 2; stream++) {
-      const at = f.asked(stream);
+    const { f, name, slot, inputs } = this.current;
+    for (let voice = 0; voice < inputs.length; voice++) {
+      const at = f.asked(voice);
       if (at === 0) continue;
       const pose = Array.from(new Float32Array(f.memory.buffer, at, 7));
-      this.decoderPort.postMessage({ name, slot, stream, pose });
+      this.decoderPort.postMessage({ name, slot, voice, pose });
     }
   }
 

@@ -25,10 +25,7 @@ export const SETTINGS = {
   width: { id: 10, from: 0, to: 200, step: 1, at: 100, unit: "%", as: (v) => v / 100 },
   lowCut: { id: 11, from: 0, to: 1000, step: 10, at: 0, unit: "Hz", as: same },
   stereoSpread: { id: 12, from: 0, to: 180, step: 1, at: 0, unit: "°", as: (v) => (v * Math.PI) / 180 },
-  offsetX: { id: 13, at: 0, unit: "m", as: same },
-  offsetY: { id: 14, at: 0, unit: "m", as: same },
-  offsetZ: { id: 15, at: 0, unit: "m", as: same },
-  decodeRate: { id: 16, at: 40, unit: "Hz", as: same },
+  decodeRate: { id: 13, at: 40, unit: "Hz", as: same },
 };
 
 /** Pairs of number and value for the module, of values by name. Throws for a name or value that there is not. */

@@ -21,7 +21,7 @@ fn play(engine: &mut Engine, input: &[f32], mut between: impl FnMut(&mut Engine)
     for block in input.chunks(128) {
         between(engine);
         engine.input[0][..block.len()].copy_from_slice(block);
-        engine.process(1, block.len());
+        engine.process(1, 0, block.len());
         out.iter_mut().zip(&engine.ears).for_each(|(out, ear)| out.extend(&ear[..block.len()]));
     }
     out
@@ -82,7 +82,7 @@ fn what_is_refused_is_said() {
     assert!(engine.set_headphones(b"no headphones").is_err());
     assert!(engine.set_path(&[[0.0; 8]; 2].concat()).is_err(), "times must rise");
     assert_eq!(engine.description(), "null");
-    engine.process(1, 128);
+    engine.process(1, 0, 128);
     assert!(Engine::new(1.0).load(&room(RATE, 0.4, 0.1).to_bytes().unwrap(), LoadOptions::default()).is_err());
 }
 
@@ -93,10 +93,39 @@ fn settings_reach_the_stream() {
     let input = noise(3, 8_000);
     let plain = play(&mut engine(&scene, options), &input, |_| ());
     for (setting, value) in
-        [(0, 0.0), (1, 0.5), (2, 0.3), (3, 1.0), (4, 1.0), (5, 0.1), (6, 0.1), (8, 0.5), (10, 0.0), (11, 500.0), (13, 1.0)]
+        [(0, 0.0), (1, 0.5), (2, 0.3), (3, 1.0), (4, 1.0), (5, 0.1), (6, 0.1), (8, 0.5), (10, 0.0), (11, 500.0)]
     {
         let mut engine = engine(&scene, options);
         engine.set(setting, value);
         assert!(difference_db(&play(&mut engine, &input, |_| ()), &plain) > -60.0, "setting {setting}");
     }
+    let mut engine = engine(&scene, options);
+    engine.put(0, Vec3::X);
+    assert!(difference_db(&play(&mut engine, &input, |_| ()), &plain) > -60.0, "the first sound elsewhere");
+}
+
+#[test]
+fn further_sounds_are_voices_of_the_same_room() {
+    let scene = room(RATE, 0.4, 0.1);
+    let [first, second] = [3, 4].map(|seed| noise(seed, 16_000));
+    let offset = Vec3::new(0.5, 1.0, 0.0);
+    let mut engine = engine(&scene, LoadOptions { further: 2, ..LoadOptions::default() });
+    engine.put(2, offset);
+    assert!(engine.input(3).len() == 1024 && engine.input(4).is_empty());
+    let mut heard = [Vec::new(), Vec::new()];
+    for (a, b) in first.chunks(128).zip(second.chunks(128)) {
+        engine.input(0)[..128].copy_from_slice(a);
+        engine.input(3)[..128].copy_from_slice(b);
+        engine.process(1, 0b10, 128);
+        heard.iter_mut().zip(&engine.ears).for_each(|(heard, ear)| heard.extend(&ear[..128]));
+    }
+    let config = RendererConfig { voices: 3, ..RATE.into() };
+    let mut core = Spatializer::new(RATE);
+    core.install(Emitters::from(Renderer::new(Arc::clone(&scene), config).unwrap()));
+    let (mut want, start) = ([vec![0.0; 16_000], vec![0.0; 16_000]], scene.start_pose());
+    let voices = [Voice::default(), Voice { input: &second, offset, ..Voice::default() }];
+    let [left, right] = &mut want;
+    core.process(&[&first], &voices, [left, right], &BlockParams::default(), |_| start);
+    assert_eq!(first_difference(&heard, &want), None);
+    assert!(difference_db(&heard, &play(&mut self::engine(&scene, LoadOptions::default()), &first, |_| ())) > -20.0);
 }

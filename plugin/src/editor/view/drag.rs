@@ -53,13 +53,28 @@ pub(super) struct Drag {
 }
 
 impl Drag {
+    /// The source that is dragged, 0 for the first.
+    pub(super) fn source(&self) -> Option<usize> {
+        match self.handle {
+            Handle::Emitter => Some(0),
+            Handle::Source(further) => Some(1 + further),
+            _ => None,
+        }
+    }
+
     /// The parameters along x, y and z of the handle.
     pub(super) fn parameters(&self) -> [Parameter; 3] {
-        match self.handle {
-            Handle::Emitter => Parameter::place_of(0),
-            Handle::Source(further) => Parameter::place_of(1 + further),
-            _ => [Parameter::X, Parameter::Y, Parameter::Z],
-        }
+        self.source().map_or([Parameter::X, Parameter::Y, Parameter::Z], Parameter::place_of)
+    }
+
+    /// What the values of some of its parameters make of those at the start.
+    pub(super) fn moved(&self, values: &[(Parameter, f32)]) -> Vec3 {
+        let value = |(parameter, start): (Parameter, f32)| {
+            values.iter().find(|(moved, _)| *moved == parameter).map_or(start, |(_, value)| *value)
+        };
+        let [x, y, z] = self.parameters();
+        let [at_x, at_y, at_z] = self.start;
+        Vec3::from_array([(x, at_x), (y, at_y), (z, at_z)].map(value))
     }
 
     /// The values to set with the pointer at a place: the handle follows the pointer at its height; with Alt it rises; with

@@ -1,7 +1,6 @@
 //! How far the place reaches.
 
-use super::super::ctx::Ctx;
-use super::sources;
+use super::{super::ctx::Ctx, sources};
 use crate::listener::snapshot::pose_of;
 use promenade_core::glam::Vec3;
 

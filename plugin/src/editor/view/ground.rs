@@ -1,8 +1,9 @@
 //! Draws the ground: lines in metres with their numbers, and a scale.
 
+use super::super::plot::round_step;
 use super::super::theme::{Palette, faded};
 use super::camera::{Camera, Plan};
-use egui::{Align2, FontId, Painter, Pos2, Rect, Stroke, pos2, vec2};
+use egui::{Align2, Painter, Pos2, Rect, Stroke, pos2, vec2};
 use promenade_core::glam::Vec3;
 
 /// Least distance between two lines, points.
@@ -10,23 +11,16 @@ const LEAST: f32 = 44.0;
 /// Lines of the view from anywhere on each side of the middle.
 const REACH: i32 = 10;
 
-/// A length of 1, 2 or 5 times a power of ten, metres, that spans at least `points`.
+/// A round length, metres, that spans at least `points`.
 pub(super) fn step_m(scale: f32, points: f32) -> f32 {
-    let wanted = (points / scale.max(1e-6)).max(1e-3);
-    let decade = 10_f32.powf(wanted.log10().floor());
-    [1.0, 2.0, 5.0, 10.0].map(|m| m * decade).into_iter().find(|s| *s >= wanted * 0.999).unwrap_or(10.0 * decade)
+    round_step(points / scale.max(1e-6))
 }
 
 /// A length with as many digits as its step has.
 pub(super) fn metres(value: f32, step: f32) -> String {
     let value = if value.abs() < step * 0.01 { 0.0 } else { value };
-    if step >= 1.0 {
-        format!("{value:.0}")
-    } else if step >= 0.1 {
-        format!("{value:.1}")
-    } else {
-        format!("{value:.2}")
-    }
+    let digits = usize::from(step < 1.0) + usize::from(step < 0.1);
+    format!("{value:.digits$}")
 }
 
 /// Paints the ground below everything else.
@@ -60,7 +54,6 @@ fn paint_plan(painter: &Painter, rect: Rect, plan: &Plan, camera: &Camera, palet
     let step = step_m(plan.scale, LEAST);
     let world = |at: Pos2| camera.on_level(rect, at, 0.0).unwrap_or(Vec3::ZERO);
     let (first, last) = (world(rect.right_bottom()), world(rect.left_top()));
-    let font = Palette::caption();
     let lines = |low: f32, high: f32, is_x: bool| {
         let mut n = (low / step).ceil();
         while n * step <= high {
@@ -76,10 +69,10 @@ fn paint_plan(painter: &Painter, rect: Rect, plan: &Plan, camera: &Camera, palet
                     n += 1.0;
                     continue;
                 }
-                number(painter, pos2(rect.left() + 6.0, at.y - 1.0), Align2::LEFT_BOTTOM, text, &font, palette);
+                number(painter, pos2(rect.left() + 6.0, at.y - 1.0), Align2::LEFT_BOTTOM, text, palette);
             } else {
                 painter.vline(at.x, rect.y_range(), stroke);
-                number(painter, pos2(at.x + 3.0, rect.bottom() - 4.0), Align2::LEFT_BOTTOM, text, &font, palette);
+                number(painter, pos2(at.x + 3.0, rect.bottom() - 4.0), Align2::LEFT_BOTTOM, text, palette);
             }
             n += 1.0;
         }
@@ -89,25 +82,23 @@ fn paint_plan(painter: &Painter, rect: Rect, plan: &Plan, camera: &Camera, palet
 }
 
 fn numbers_in_space(painter: &Painter, rect: Rect, camera: &Camera, palette: &Palette, step: f32) {
-    let font = Palette::caption();
     for n in [-4, -2, 2, 4] {
         let value = n as f32 * step;
         for world in [Vec3::X * value, Vec3::Y * value] {
             if let Some(seen) = camera.project(rect, world) {
-                number(painter, seen.at + vec2(3.0, 0.0), Align2::LEFT_TOP, metres(value, step), &font, palette);
+                number(painter, seen.at + vec2(3.0, 0.0), Align2::LEFT_TOP, metres(value, step), palette);
             }
         }
     }
 }
 
-fn number(painter: &Painter, at: Pos2, align: Align2, text: String, font: &FontId, palette: &Palette) {
-    painter.text(at, align, text, font.clone(), faded(palette.soft, 0.8));
+fn number(painter: &Painter, at: Pos2, align: Align2, text: String, palette: &Palette) {
+    painter.text(at, align, text, Palette::caption(), faded(palette.soft, 0.8));
 }
 
 /// Paints a length to compare with, and which way the axes go.
 pub(super) fn paint_scale(painter: &Painter, rect: Rect, camera: &Camera, palette: &Palette) {
     let corner = rect.right_bottom() - vec2(16.0, 32.0);
-    let font = Palette::caption();
     if let Camera::Plan(plan) = camera {
         let step = step_m(plan.scale, LEAST);
         let left = pos2(corner.x - step * plan.scale, corner.y);
@@ -117,7 +108,7 @@ pub(super) fn paint_scale(painter: &Painter, rect: Rect, camera: &Camera, palett
             painter.line_segment([end - vec2(0.0, 4.0), end], stroke);
         }
         let middle = left.lerp(corner, 0.5) - vec2(0.0, 6.0);
-        painter.text(middle, Align2::CENTER_BOTTOM, format!("{} m", metres(step, step)), font.clone(), palette.soft);
+        painter.text(middle, Align2::CENTER_BOTTOM, format!("{} m", metres(step, step)), Palette::caption(), palette.soft);
     }
     let centre = pos2(rect.left() + 64.0, rect.bottom() - 52.0);
     let Some(origin) = camera.project(rect, Vec3::ZERO) else { return };
@@ -129,7 +120,7 @@ pub(super) fn paint_scale(painter: &Painter, rect: Rect, camera: &Camera, palett
             continue;
         }
         painter.line_segment([centre, centre + 20.0 * along], Stroke::new(1.5, palette.soft));
-        painter.text(centre + 27.0 * along, Align2::CENTER_CENTER, name, font.clone(), palette.soft);
+        painter.text(centre + 27.0 * along, Align2::CENTER_CENTER, name, Palette::caption(), palette.soft);
     }
 }
 

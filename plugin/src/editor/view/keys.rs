@@ -1,8 +1,6 @@
 //! The view by keyboard.
 
-use super::super::ctx::Ctx;
-use super::camera::Camera;
-use super::drag::wrapped;
+use super::{super::ctx::Ctx, camera::Camera, drag::wrapped};
 use crate::listener::snapshot::values_of;
 use crate::parameter::Parameter;
 use egui::{Event, EventFilter, Key, Response, Ui};

@@ -1,10 +1,7 @@
 //! Draws the listener.
 
-use super::super::ctx::Ctx;
-use super::super::theme::faded;
 use super::camera::{Camera, Projected};
-use super::layers::Layers;
-use super::scene::stem;
+use super::{super::ctx::Ctx, super::theme::faded, layers::Layers, scene::stem};
 use egui::epaint::{Mesh, PathShape};
 use egui::{Color32, Pos2, Shape, Stroke, Vec2, vec2};
 use promenade_core::Pose;

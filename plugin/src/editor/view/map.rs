@@ -1,8 +1,7 @@
 //! Measures over the plan, as colours below everything else.
 
-use super::super::ctx::Ctx;
 use super::super::theme::{Palette, faded};
-use super::camera::Camera;
+use super::{super::ctx::Ctx, camera::Camera};
 use crate::answers::room_map::{Mapped, RoomMap};
 use crate::listener::snapshot::trim_of;
 use crate::project::settings::Map;

@@ -1,11 +1,7 @@
 //! A drawn room in the view: its walls, and what a drag makes of them.
 
-use super::super::ctx::Ctx;
-use super::super::theme::faded;
-use super::camera::Camera;
 use super::drag::{Handle, Target};
-use super::ground::edges;
-use super::layers::Layers;
+use super::{super::ctx::Ctx, super::theme::faded, camera::Camera, ground::edges, layers::Layers};
 use crate::library::drawn_room::DrawnRoom;
 use egui::{Modifiers, Pos2, Rect, Stroke};
 use promenade_core::glam::Vec3;

@@ -1,10 +1,6 @@
 //! Draws a scene: its bounds, anchors, measured poses and emitter; and the camera path.
 
-use super::super::ctx::Ctx;
-use super::super::theme::faded;
-use super::camera::Camera;
-use super::ground::edges;
-use super::layers::Layers;
+use super::{super::ctx::Ctx, super::theme::faded, camera::Camera, ground::edges, layers::Layers};
 use crate::parameter::cast::byte;
 use crate::telemetry::attention::AttentionWeights;
 use egui::{Color32, Shape, Stroke};

@@ -1,11 +1,8 @@
 //! Further sources: where they are, and how they are drawn.
 
-use super::super::ctx::Ctx;
 use super::super::theme::{Palette, faded};
-use super::camera::Projected;
 use super::drag::{Handle, Target};
-use super::layers::Layers;
-use super::scene::stem;
+use super::{super::ctx::Ctx, camera::Projected, layers::Layers, scene::stem};
 use crate::project::sources::SourceInfo;
 use egui::{Align2, Color32, FontId, Painter, Shape, Stroke};
 use promenade_core::glam::Vec3;

@@ -45,7 +45,6 @@ fn is_ambisonic(channels: u32) -> bool {
     Output::of_channels(channels as usize) != Output::Binaural
 }
 
-#[expect(unsafe_code, reason = "hosts hand over pointers")]
 unsafe extern "C" fn get_port(plugin: *const clap_plugin, index: u32, is_input: bool, info: *mut clap_audio_port_info) -> bool {
     let theirs = framework_extension::<clap_plugin_audio_ports>(plugin, PORTS);
     let Some(get) = theirs.and_then(|theirs| theirs.get) else { return false };
@@ -60,7 +59,6 @@ unsafe extern "C" fn get_port(plugin: *const clap_plugin, index: u32, is_input: 
     known
 }
 
-#[expect(unsafe_code, reason = "hosts hand over pointers")]
 unsafe extern "C" fn get_layout(plugin: *const clap_plugin, index: u32, config: *mut clap_audio_ports_config) -> bool {
     let theirs = framework_extension::<clap_plugin_audio_ports_config>(plugin, CONFIGS);
     let Some(get) = theirs.and_then(|theirs| theirs.get) else { return false };
@@ -75,14 +73,12 @@ unsafe extern "C" fn get_layout(plugin: *const clap_plugin, index: u32, config: 
     known
 }
 
-#[expect(unsafe_code, reason = "hosts hand over pointers")]
 unsafe extern "C" fn is_config_supported(_plugin: *const clap_plugin, config: *const clap_ambisonic_config) -> bool {
     // SAFETY: the host hands over a configuration or none.
     let wanted = unsafe { config.as_ref() };
     wanted.is_some_and(|wanted| (wanted.ordering, wanted.normalization) == (CONFIG.ordering, CONFIG.normalization))
 }
 
-#[expect(unsafe_code, reason = "hosts hand over pointers")]
 unsafe extern "C" fn get_config(
     plugin: *const clap_plugin,
     is_input: bool,

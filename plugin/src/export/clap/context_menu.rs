@@ -37,7 +37,6 @@ fn target(parameter: Parameter) -> ContextMenuTarget {
 }
 
 /// The host's lines; none where it gives none.
-#[expect(unsafe_code, reason = "the host is asked through its table of functions")]
 fn populated(host: *const clap_host, menu: &clap_host_context_menu, parameter: Parameter) -> Vec<MenuItem> {
     let Some(populate) = menu.populate else { return Vec::new() };
     let mut lines = Lines::default();
@@ -49,7 +48,6 @@ fn populated(host: *const clap_host, menu: &clap_host_context_menu, parameter: P
 }
 
 /// Has the host show a menu of its own, where it can.
-#[expect(unsafe_code, reason = "the host is asked through its table of functions")]
 fn pop_up(host: *const clap_host, menu: &clap_host_context_menu, parameter: Parameter, [x, y]: [i32; 2]) {
     let target = target(parameter).to_raw();
     if let (Some(can), Some(popup)) = (menu.can_popup, menu.popup) {
@@ -62,7 +60,6 @@ fn pop_up(host: *const clap_host, menu: &clap_host_context_menu, parameter: Para
     }
 }
 
-#[expect(unsafe_code, reason = "the host is asked through its table of functions")]
 fn perform(host: *const clap_host, menu: &clap_host_context_menu, parameter: Parameter, action: u32) {
     let target = target(parameter).to_raw();
     // SAFETY: the host is alive, and the target lives through the call.

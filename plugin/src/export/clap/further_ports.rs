@@ -15,7 +15,6 @@ use nice_plug::wrapper::clap::clap_plugin;
 ///
 /// # Real-time
 /// Audio thread; no allocation, lock or I/O.
-#[expect(unsafe_code, reason = "hosts hand over pointers")]
 pub(super) unsafe fn process(hosted: &Hosted, plugin: *const clap_plugin, block: &clap_process, wanted: usize) -> i32 {
     let silent = clap_audio_buffer {
         data32: silence::channel(block.frames_count as usize),

@@ -19,7 +19,6 @@ pub(super) const IDS: [&CStr; 2] = [CLAP_EXT_PARAM_INDICATION, CLAP_EXT_PARAM_IN
 pub(super) static EXTENSION: clap_plugin_param_indication =
     clap_plugin_param_indication { set_mapping: Some(set_mapping), set_automation: Some(set_automation) };
 
-#[expect(unsafe_code, reason = "hosts hand over pointers")]
 unsafe extern "C" fn set_mapping(
     plugin: *const clap_plugin,
     param_id: u32,
@@ -39,7 +38,6 @@ unsafe extern "C" fn set_mapping(
     mark(plugin, param_id, |mark| mark.mapping = mapping);
 }
 
-#[expect(unsafe_code, reason = "hosts hand over pointers")]
 unsafe extern "C" fn set_automation(plugin: *const clap_plugin, param_id: u32, state: u32, color: *const clap_color) {
     let automation = match state {
         CLAP_PARAM_INDICATION_AUTOMATION_PRESENT => Automation::Present,
@@ -62,7 +60,6 @@ fn mark(plugin: *const clap_plugin, param_id: u32, change: impl FnOnce(&mut Mark
 }
 
 /// The host's colour, if there is one.
-#[expect(unsafe_code, reason = "hosts hand over pointers")]
 unsafe fn colour(color: *const clap_color) -> Option<Colour> {
     // SAFETY: the caller's.
     let color = unsafe { color.as_ref() }?;

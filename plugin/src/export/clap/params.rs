@@ -21,7 +21,6 @@ pub(super) fn extension(plugin: *const clap_plugin) -> Option<&'static clap_plug
     TABLES.of(plugin, || clap_plugin_params { get_info: Some(get_info), flush: Some(flush), ..*theirs })
 }
 
-#[expect(unsafe_code, reason = "hosts hand over pointers")]
 unsafe extern "C" fn get_info(plugin: *const clap_plugin, index: u32, info: *mut clap_param_info) -> bool {
     let theirs = framework_extension::<clap_plugin_params>(plugin, ID);
     let Some(get_info) = theirs.and_then(|theirs| theirs.get_info) else { return false };
@@ -37,7 +36,6 @@ unsafe extern "C" fn get_info(plugin: *const clap_plugin, index: u32, info: *mut
 }
 
 /// Takes over values between blocks.
-#[expect(unsafe_code, reason = "hosts hand over pointers")]
 unsafe extern "C" fn flush(plugin: *const clap_plugin, events: *const clap_input_events, out: *const clap_output_events) {
     guard((), || {
         // SAFETY: the host hands over a list or none.

@@ -1,11 +1,9 @@
 //! What a CLAP host's browser is told of presets: the factory's inside the plugin, the user's in their folder, and the
 //! library's scenes.
 
-use crate::export::Promenade;
-use crate::export::kind::KINDS;
+use crate::export::{Promenade, kind::KINDS};
 use crate::history::presets::{self, About, EXTENSION, Preset};
-use crate::library;
-use crate::library::lister;
+use crate::library::{self, lister};
 use clack_extensions::preset_discovery::factory::PresetDiscoveryFactory;
 use clack_extensions::preset_discovery::prelude::*;
 use clack_plugin::prelude::PluginError;

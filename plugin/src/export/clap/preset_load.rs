@@ -5,10 +5,8 @@
 
 use super::{host_extension, state};
 use crate::export::guard::guard;
-use crate::history::presets;
-use crate::history::user_state::UserState;
-use crate::library::scene_key::SceneKey;
-use crate::library::{self, SCENES};
+use crate::history::{presets, user_state::UserState};
+use crate::library::{self, SCENES, scene_key::SceneKey};
 use crate::project::params::PromenadeParams;
 use clap_sys::ext::preset_load::{
     CLAP_EXT_PRESET_LOAD, CLAP_EXT_PRESET_LOAD_COMPAT, clap_host_preset_load, clap_plugin_preset_load,
@@ -33,7 +31,6 @@ enum Place {
     File(PathBuf),
 }
 
-#[expect(unsafe_code, reason = "hosts hand over pointers")]
 unsafe extern "C" fn from_location(
     plugin: *const clap_plugin,
     kind: u32,

@@ -12,7 +12,6 @@ use std::ffi::c_void;
 const LENGTH: usize = 8;
 
 /// The state as it is saved. Main thread.
-#[expect(unsafe_code, reason = "the framework's extension is a table of functions")]
 pub(super) fn save(plugin: *const clap_plugin) -> Option<PluginState> {
     let save = framework_extension::<clap_plugin_state>(plugin, CLAP_EXT_STATE)?.save?;
     let mut bytes: Vec<u8> = Vec::new();
@@ -23,7 +22,6 @@ pub(super) fn save(plugin: *const clap_plugin) -> Option<PluginState> {
 }
 
 /// Restores a state; says whether it was taken. Main thread.
-#[expect(unsafe_code, reason = "the framework's extension is a table of functions")]
 pub(super) fn load(plugin: *const clap_plugin, state: &PluginState) -> bool {
     let extension = framework_extension::<clap_plugin_state>(plugin, CLAP_EXT_STATE);
     let (Some(load), Ok(json)) = (extension.and_then(|state| state.load), serde_json::to_vec(state)) else { return false };
@@ -34,7 +32,6 @@ pub(super) fn load(plugin: *const clap_plugin, state: &PluginState) -> bool {
     unsafe { load(plugin, &raw const stream) }
 }
 
-#[expect(unsafe_code, reason = "the signature is CLAP's")]
 unsafe extern "C" fn write(stream: *const clap_ostream, buffer: *const c_void, size: u64) -> i64 {
     let Ok(size) = usize::try_from(size) else { return -1 };
     // SAFETY: `save` has made the stream; its caller hands over that many bytes.
@@ -44,7 +41,6 @@ unsafe extern "C" fn write(stream: *const clap_ostream, buffer: *const c_void, s
     i64::try_from(size).unwrap_or(-1)
 }
 
-#[expect(unsafe_code, reason = "the signature is CLAP's")]
 unsafe extern "C" fn read(stream: *const clap_istream, buffer: *mut c_void, size: u64) -> i64 {
     // SAFETY: `load` has made the stream.
     let rest = unsafe { &mut *(*stream).ctx.cast::<&[u8]>() };

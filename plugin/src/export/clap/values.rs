@@ -2,8 +2,7 @@
 //! only.
 
 use super::{further_ports, hosted};
-use crate::export::guard::guard;
-use crate::export::kind::KINDS;
+use crate::export::{guard::guard, kind::KINDS};
 use crate::parameter::cast::narrow;
 use crate::project::host_values::{Change, HostValues, NO_PARAMETER};
 use clap_sys::events::{
@@ -18,7 +17,6 @@ use std::cell::UnsafeCell;
 ///
 /// # Real-time
 /// Audio thread; no allocation, lock or I/O.
-#[expect(unsafe_code, reason = "hosts hand over pointers")]
 pub(super) unsafe extern "C" fn process(plugin: *const clap_plugin, process: *const clap_process) -> i32 {
     guard(CLAP_PROCESS_ERROR, || {
         // SAFETY: the host hands over a block or none, and its list of events lives through the call.
@@ -45,7 +43,6 @@ pub(super) unsafe extern "C" fn process(plugin: *const clap_plugin, process: *co
 ///
 /// # Safety
 /// The list is as hosts hand it over.
-#[expect(unsafe_code, reason = "hosts hand over pointers")]
 pub(super) unsafe fn changes(values: &HostValues, events: &clap_input_events) -> impl Iterator<Item = (u32, u32, Change)> {
     // SAFETY: the caller's; there are as many events as the list says.
     let count = events.size.map_or(0, |size| unsafe { size(events) });
@@ -107,7 +104,6 @@ impl<'a> Places<'a> {
     }
 }
 
-#[expect(unsafe_code, reason = "the signature is CLAP's")]
 unsafe extern "C" fn size(list: *const clap_input_events) -> u32 {
     // SAFETY: the framework has the list from `process`.
     unsafe {
@@ -116,7 +112,6 @@ unsafe extern "C" fn size(list: *const clap_input_events) -> u32 {
     }
 }
 
-#[expect(unsafe_code, reason = "the signature is CLAP's")]
 unsafe extern "C" fn get(list: *const clap_input_events, index: u32) -> *const clap_event_header {
     // SAFETY: as in `size`. The framework looks at an event before it asks for the next one.
     unsafe {

@@ -1,7 +1,6 @@
 //! Room for playing a block.
 
-use super::further_buses::Aside;
-use super::places::Places;
+use super::{further_buses::Aside, places::Places};
 use crate::telemetry::host_side::HostSide;
 use std::sync::Arc;
 

@@ -4,8 +4,7 @@
 //! that blocks come: until then it reports the old value, and saves it. Here the host reads what it has set.
 
 use super::hosted::{Hosted, table};
-use super::stream::Written;
-use super::view::create_view;
+use super::{stream::Written, view::create_view};
 use crate::export::guard::guard;
 use crate::parameter::cast::narrow;
 use crate::project::host_values::Change;
@@ -27,7 +26,6 @@ pub(super) fn amend_controller(ours: &mut IEditControllerVtbl) {
     ours.createView = create_view;
 }
 
-#[expect(unsafe_code, reason = "the signature is VST3's")]
 unsafe extern "system" fn set_param_normalized(this: *mut IEditController, id: ParamID, value: ParamValue) -> tresult {
     guard(kResultFalse, || {
         let Hosted { side, controller, .. } = table(this).hosted();
@@ -40,7 +38,6 @@ unsafe extern "system" fn set_param_normalized(this: *mut IEditController, id: P
     })
 }
 
-#[expect(unsafe_code, reason = "hosts hand over pointers")]
 unsafe extern "system" fn get_param_normalized(this: *mut IEditController, id: ParamID) -> ParamValue {
     let table = table(this);
     let pending = guard(None, || table.hosted().controller.pending().get(&id).copied());
@@ -49,7 +46,6 @@ unsafe extern "system" fn get_param_normalized(this: *mut IEditController, id: P
 }
 
 /// The framework's state, with what the host has set and no block has brought yet.
-#[expect(unsafe_code, reason = "hosts hand over pointers")]
 unsafe extern "system" fn get_state(this: *mut IComponent, stream: *mut IBStream) -> tresult {
     let table = table(this);
     let hosted = table.hosted();
@@ -72,7 +68,6 @@ unsafe extern "system" fn get_state(this: *mut IComponent, stream: *mut IBStream
     })
 }
 
-#[expect(unsafe_code, reason = "hosts hand over pointers")]
 unsafe extern "system" fn set_state(this: *mut IComponent, stream: *mut IBStream) -> tresult {
     let table = table(this);
     // SAFETY: the plugin is the framework's, and the host's argument is handed on.

@@ -42,7 +42,6 @@ impl Buses {
     ///
     /// # Safety
     /// The block is as hosts hand it over.
-    #[expect(unsafe_code, reason = "hosts hand over pointers")]
     pub(super) unsafe fn of(block: &ProcessData, aside: &mut Aside) -> Self {
         let samples = usize::try_from(block.numSamples).unwrap_or(0);
         let silent = mono(silence::channel(samples));
@@ -93,7 +92,6 @@ fn mono(channel: *mut *mut f32) -> AudioBusBuffers {
 ///
 /// # Safety
 /// The block is as hosts hand it over.
-#[expect(unsafe_code, reason = "hosts hand over pointers")]
 unsafe fn is_output(block: &ProcessData, channel: *mut f32) -> bool {
     if block.numOutputs <= 0 {
         return false;
@@ -122,7 +120,6 @@ mod tests {
     }
 
     #[test]
-    #[expect(unsafe_code, reason = "blocks are made of pointers")]
     fn inputs_that_are_outputs_lie_aside_and_others_are_silent() {
         let mut sound = [[1.0_f32; 4], [2.0; 4], [3.0; 4]];
         let [left, right, third] = sound.each_mut().map(|channel| channel.as_mut_ptr());

@@ -4,11 +4,8 @@
 //! be caught, and not before the framework's queue holds nothing of it any more. The queue's thread ends when it meets a task
 //! whose instance is gone; what other instances post is lost then, and the last release panics.
 
-use super::block_room::BlockRoom;
-use super::controller_values::ControllerValues;
-use crate::export::Promenade;
-use crate::export::guard::guard;
-use crate::export::kind::COUNT;
+use super::{block_room::BlockRoom, controller_values::ControllerValues};
+use crate::export::{Promenade, guard::guard, kind::COUNT};
 use crate::telemetry::host_side::HostSide;
 use crate::worker::lock::lock;
 use nice_plug::nice_error;
@@ -53,14 +50,12 @@ pub(super) struct Table<V> {
 
 impl<V> Table<V> {
     /// The instance.
-    #[expect(unsafe_code, reason = "a host's pointer leads there")]
     pub(super) fn hosted(&self) -> &Hosted {
         // SAFETY: it lives as long as any reference of the host, through which this table was found.
         unsafe { &*self.hosted }
     }
 
     /// The part of the framework's table that all interfaces have.
-    #[expect(unsafe_code, reason = "tables of functions begin alike")]
     fn unknown(&self) -> &FUnknownVtbl {
         // SAFETY: every interface's table begins with these functions.
         unsafe { &*(&raw const self.theirs).cast::<FUnknownVtbl>() }
@@ -68,7 +63,6 @@ impl<V> Table<V> {
 }
 
 /// The table of an interface that a host calls.
-#[expect(unsafe_code, reason = "hosts hand over pointers")]
 pub(super) fn table<'a, I: Interface>(this: *mut I) -> &'a Table<I::Vtbl> {
     // SAFETY: hosts call these functions by the table that `amend` has put there, which lives as long as the plugin.
     unsafe { &**this.cast::<*const Table<I::Vtbl>>() }
@@ -81,7 +75,6 @@ pub(super) fn framework_plugin<const FURTHER: usize>() -> Option<(ComWrapper<Wra
 }
 
 /// Puts a table of ours in the place of one of the framework's.
-#[expect(unsafe_code, reason = "the framework's tables of functions are changed")]
 pub(super) fn amend<I, const FURTHER: usize>(
     plugin: &ComWrapper<Wrapper<Promenade<FURTHER>>>,
     hosted: *mut Hosted,
@@ -108,13 +101,11 @@ pub(super) fn amend<I, const FURTHER: usize>(
 }
 
 /// The table behind any interface, whose functions are `V`.
-#[expect(unsafe_code, reason = "hosts hand over pointers")]
 fn table_of<'a, V>(this: *mut FUnknown) -> &'a Table<V> {
     // SAFETY: as in `table`.
     unsafe { &*(*this).vtbl.cast::<Table<V>>() }
 }
 
-#[expect(unsafe_code, reason = "hosts hand over pointers")]
 unsafe extern "system" fn query_interface<V>(this: *mut FUnknown, iid: *const TUID, obj: *mut *mut c_void) -> tresult {
     let table = table_of::<V>(this);
     // SAFETY: the plugin is the framework's, and the host's arguments are handed on. The framework counts the new reference,
@@ -129,12 +120,10 @@ unsafe extern "system" fn query_interface<V>(this: *mut FUnknown, iid: *const TU
     }
 }
 
-#[expect(unsafe_code, reason = "the signature is VST3's")]
 unsafe extern "system" fn add_ref<V>(this: *mut FUnknown) -> u32 {
     table_of::<V>(this).hosted().references.fetch_add(1, Ordering::Relaxed) + 1
 }
 
-#[expect(unsafe_code, reason = "hosts hand over pointers")]
 unsafe extern "system" fn release<V>(this: *mut FUnknown) -> u32 {
     let hosted = table_of::<V>(this).hosted;
     // SAFETY: the host has a reference. Whoever gives the last one back is alone with the instance.
@@ -151,7 +140,6 @@ unsafe extern "system" fn release<V>(this: *mut FUnknown) -> u32 {
 /// An instance that no host holds any more.
 struct Retired(Box<Hosted>);
 
-#[expect(unsafe_code, reason = "pointers are moved between threads")]
 // SAFETY: nobody else knows it; what the framework has made for it may be dropped on any thread.
 unsafe impl Send for Retired {}
 

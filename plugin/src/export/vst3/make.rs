@@ -11,7 +11,6 @@ use nice_plug::wrapper::vst3::vst3::Steinberg::{FUnknown, TUID, tresult};
 use std::ffi::c_void;
 
 /// Makes a plugin with so many further sources, of a kind, whose interface of a number goes where the host wants it.
-#[expect(unsafe_code, reason = "hosts hand over pointers")]
 pub(super) unsafe fn make<const FURTHER: usize>(kind: usize, iid: *const TUID, obj: *mut *mut c_void) -> Option<tresult> {
     keep_queue::<FURTHER>(kind)?;
     let (plugin, side) = framework_plugin::<FURTHER>()?;

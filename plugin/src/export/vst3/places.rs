@@ -38,7 +38,6 @@ impl Class for List {
     type Interfaces = (IParameterChanges,);
 }
 
-#[expect(unsafe_code, reason = "the signatures are VST3's")]
 impl IParameterChangesTrait for List {
     unsafe fn getParameterCount(&self) -> i32 {
         1
@@ -60,7 +59,6 @@ impl Class for Queue {
     type Interfaces = (IParamValueQueue,);
 }
 
-#[expect(unsafe_code, reason = "the signatures are VST3's")]
 impl IParamValueQueueTrait for Queue {
     unsafe fn getParameterId(&self) -> u32 {
         NO_PARAMETER

@@ -4,9 +4,7 @@
 //! The framework makes up arrangements of speakers for 4, 9 and 16 channels, and hosts that compare what they asked for with
 //! what they got refuse them. Its tail is what the last block said: none before the first, and none in silence.
 
-use super::block_room::BlockRoom;
-use super::further_buses::Buses;
-use super::hosted::table;
+use super::{block_room::BlockRoom, further_buses::Buses, hosted::table};
 use crate::export::guard::guard;
 use crate::parameter::cast::narrow;
 use crate::project::host_values::Change;
@@ -36,7 +34,6 @@ pub(super) fn amend(ours: &mut IAudioProcessorVtbl) {
 ///
 /// # Real-time
 /// Audio thread; no allocation, lock or I/O.
-#[expect(unsafe_code, reason = "hosts hand over pointers")]
 unsafe extern "system" fn process(this: *mut IAudioProcessor, data: *mut ProcessData) -> tresult {
     guard(kResultFalse, || {
         let table = table(this);
@@ -82,7 +79,6 @@ fn is_offline(mode: i32) -> bool {
 ///
 /// # Safety
 /// The block is as hosts hand it over.
-#[expect(unsafe_code, reason = "hosts hand over pointers")]
 unsafe fn changes(block: &ProcessData) -> impl Iterator<Item = (u32, u32, Change)> {
     // SAFETY: the host hands over a list or none, which gives out as many queues, each with as many points, as it says.
     let list = unsafe { ComRef::<IParameterChanges>::from_raw(block.inputParameterChanges) };
@@ -102,7 +98,6 @@ unsafe fn changes(block: &ProcessData) -> impl Iterator<Item = (u32, u32, Change
 }
 
 /// Takes over whether the host plays.
-#[expect(unsafe_code, reason = "hosts hand over pointers")]
 unsafe extern "system" fn set_processing(this: *mut IAudioProcessor, state: TBool) -> tresult {
     let table = table(this);
     // SAFETY: the plugin is the framework's, and the host's argument is handed on.
@@ -114,18 +109,15 @@ unsafe extern "system" fn set_processing(this: *mut IAudioProcessor, state: TBoo
     })
 }
 
-#[expect(unsafe_code, reason = "the signature is VST3's")]
 unsafe extern "system" fn get_tail_samples(this: *mut IAudioProcessor) -> u32 {
     table(this).hosted().side.tail()
 }
 
-#[expect(unsafe_code, reason = "the signature is VST3's")]
 unsafe extern "system" fn get_latency_samples(this: *mut IAudioProcessor) -> u32 {
     table(this).hosted().side.tell_latency()
 }
 
 /// Hosts may ask for latency and tail from here on, before any activation.
-#[expect(unsafe_code, reason = "hosts hand over pointers")]
 unsafe extern "system" fn setup_processing(this: *mut IAudioProcessor, setup: *mut ProcessSetup) -> tresult {
     let table = table(this);
     // SAFETY: the plugin is the framework's, and the host's argument is handed on.
@@ -135,7 +127,8 @@ unsafe extern "system" fn setup_processing(this: *mut IAudioProcessor, setup: *m
     guard(kResultFalse, || {
         let hosted = table.hosted();
         hosted.side.announce(is_offline(setup.processMode));
-        hosted.side.prepare(setup.sampleRate);
+        let live_block = if is_offline(setup.processMode) { 0 } else { u32::try_from(setup.maxSamplesPerBlock).unwrap_or(0) };
+        hosted.side.prepare(setup.sampleRate, live_block);
         let mut room = lock(&hosted.block);
         (room.is_set_up, room.was_offline) = (true, false);
         if let Some(aside) = &mut room.aside {
@@ -145,7 +138,6 @@ unsafe extern "system" fn setup_processing(this: *mut IAudioProcessor, setup: *m
     })
 }
 
-#[expect(unsafe_code, reason = "hosts hand over pointers")]
 unsafe extern "system" fn set_bus_arrangements(
     this: *mut IAudioProcessor,
     inputs: *mut SpeakerArrangement,
@@ -163,7 +155,6 @@ unsafe extern "system" fn set_bus_arrangements(
     result
 }
 
-#[expect(unsafe_code, reason = "hosts hand over pointers")]
 unsafe extern "system" fn get_bus_arrangement(
     this: *mut IAudioProcessor,
     dir: BusDirection,

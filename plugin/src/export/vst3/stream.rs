@@ -28,7 +28,6 @@ impl Class for Stream {
     type Interfaces = (IBStream,);
 }
 
-#[expect(unsafe_code, reason = "the signatures are VST3's")]
 impl IBStreamTrait for Stream {
     unsafe fn read(&self, _buffer: *mut c_void, _count: i32, _read: *mut i32) -> tresult {
         kNotImplemented
@@ -62,7 +61,6 @@ impl IBStreamTrait for Stream {
 ///
 /// # Safety
 /// The stream is one or null.
-#[expect(unsafe_code, reason = "hosts hand over pointers")]
 pub(super) unsafe fn write(stream: *mut IBStream, bytes: &[u8]) -> tresult {
     // SAFETY: as the caller says; the bytes are only read.
     unsafe {

@@ -3,8 +3,7 @@
 //! Hosts name it before there is a window. The framework declines it then, and opens the window at scale 1.
 
 use super::hosted::table;
-use crate::export::guard::guard;
-use crate::export::kind::COUNT;
+use crate::export::{guard::guard, kind::COUNT};
 use crate::telemetry::host_side::HostSide;
 use crate::worker::lock::lock;
 use nice_plug::wrapper::vst3::vst3::ComRef;
@@ -26,7 +25,6 @@ static TABLES: [OnceLock<Table>; COUNT] = [const { OnceLock::new() }; COUNT];
 /// Addresses of views, and what their instances show of their host.
 static VIEWS: Mutex<Vec<(usize, Weak<HostSide>)>> = Mutex::new(Vec::new());
 
-#[expect(unsafe_code, reason = "hosts hand over pointers")]
 pub(super) unsafe extern "system" fn create_view(this: *mut IEditController, name: FIDString) -> *mut IPlugView {
     let table = table(this);
     // SAFETY: the plugin is the framework's, and the host's argument is handed on.
@@ -38,7 +36,6 @@ pub(super) unsafe extern "system" fn create_view(this: *mut IEditController, nam
 }
 
 /// Puts our table in the place of a view's own.
-#[expect(unsafe_code, reason = "the framework's tables of functions are changed")]
 unsafe fn watch(view: *mut IPlugView, kind: usize, side: &Arc<HostSide>) -> Option<()> {
     // SAFETY: the view is alive, and nobody else knows it yet.
     unsafe {
@@ -54,7 +51,6 @@ unsafe fn watch(view: *mut IPlugView, kind: usize, side: &Arc<HostSide>) -> Opti
     Some(())
 }
 
-#[expect(unsafe_code, reason = "the signature is VST3's")]
 unsafe extern "system" fn set_content_scale_factor(this: *mut IPlugViewContentScaleSupport, factor: ScaleFactor) -> tresult {
     // SAFETY: hosts call it by the table that `watch` has put there.
     let table = unsafe { &**this.cast::<*const Table>() };

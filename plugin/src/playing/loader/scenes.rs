@@ -1,26 +1,26 @@
 //! Scenes: what the parameters and the project choose, prepared for the audio thread.
 
 use super::{Loader, Prepared, chooses_a_file};
-use crate::library::drawn_room::DrawnRoom;
 use crate::library::factory::{self, FactoryScene};
-use crate::library::scene_key::SceneKey;
-use crate::library::{self, LoadError, LoadedScene, cache, level};
+use crate::library::{self, LoadError, LoadedScene, cache, drawn_room::DrawnRoom, level, scene_key::SceneKey};
 use crate::parameter::cast::{index, narrow};
 use crate::parameter::choices::{LatencyChoice, SceneChoice};
 use crate::parameter::row::SlotKind;
 use crate::playing::output::{Output, Pairs};
-use crate::playing::shared_worker::SharedWorker;
-use crate::playing::start_pose;
-use crate::project::exchange::Choices;
-use crate::project::matching::Matching;
-use crate::project::saved_head::SavedHead;
-use crate::project::scene_frame::SceneFrame;
+use crate::playing::{shared_worker::SharedWorker, start_pose};
+use crate::project::{exchange::Choices, matching::Matching, saved_head::SavedHead, scene_frame::SceneFrame};
 use crate::worker::lock::lock;
 use nice_plug::{nice_error, nice_warn};
-use promenade_core::{DecodeWorker, Emitters, Latency, RenderError, Renderer, RendererConfig, Scene, Trim};
+use promenade_core::{DecodeWorker, Emitters, RenderError, Renderer, RendererConfig, Scene, Trim};
 use promenade_fault::{Fault, with_causes};
 use std::sync::atomic::Ordering;
 use std::sync::{Arc, Once, Weak};
+
+/// Every block that is as long as a hop has a frame to render; a scene's hop, seconds.
+const HOP_S: f64 = 0.005;
+/// By so much of a hop the frames of instances are apart: however many they are, multiples of the golden section are spread
+/// evenly.
+const APART: f64 = 0.618_033_988_75;
 
 /// The scene that was loaded last, so that the same request is not served again.
 #[derive(Clone, PartialEq)]
@@ -36,6 +36,8 @@ pub(super) struct SceneRequest {
     output: Output,
     latency: LatencyChoice,
     sample_rate_bits: u64,
+    /// Whether instances render their frames in blocks of their own.
+    is_staggered: bool,
 }
 
 /// A request that was served, and how often the host had restored parts of a state by then.
@@ -98,7 +100,7 @@ impl Loader {
             if self.params.scene_key.replace(made.key.clone(), restores) {
                 self.report(&made);
                 if let Some(scene) = &made.scene {
-                    self.exchange.frame.set_frame(SceneFrame::of(scene));
+                    *lock(&self.exchange.frame) = SceneFrame::of(scene);
                     if self.is_chosen(&request, restored, last.as_ref()) {
                         let before = before.map(|scene| scene.start_pose());
                         start_pose::begin(&self.params, before.as_ref(), &scene.start_pose());
@@ -126,7 +128,10 @@ impl Loader {
         let room = self.params.room.get().0.filter(|_| scene == SceneChoice::Library && slot == 0);
         let output = self.output();
         let matching = self.params.matching.get().0;
-        let request = SceneRequest { scene, slot, saved, room, head, matching, stereo, output, latency, sample_rate_bits };
+        let live_block = f64::from(self.live_block.load(Ordering::Acquire));
+        let is_staggered = live_block > 0.0 && live_block < HOP_S * f64::from_bits(sample_rate_bits);
+        let request =
+            SceneRequest { scene, slot, saved, room, head, matching, stereo, output, latency, sample_rate_bits, is_staggered };
         (request, restores)
     }
 
@@ -153,10 +158,7 @@ impl Loader {
     /// What renders the pairs of channels that are asked for.
     fn pairs(&self, found: &Found, request: &SceneRequest) -> Result<Pairs, LoadError> {
         let gain = request.matching.gain(found.level_cb);
-        let emitters = |scene: &Arc<Scene>| {
-            let rate_hz = f64::from_bits(request.sample_rate_bits);
-            Ok::<_, LoadError>(self.emitters(scene, rate_hz, request.latency.into(), request.stereo)?.with_level(gain))
-        };
+        let emitters = |scene: &Arc<Scene>| Ok::<_, LoadError>(self.emitters(scene, request)?.with_level(gain));
         match request.output {
             Output::Binaural => Ok(Pairs::from_iter([emitters(&found.scene)?])),
             Output::Ambisonic(_) => {
@@ -208,9 +210,13 @@ impl Loader {
     }
 
     /// What renders a scene.
-    fn emitters(&self, scene: &Arc<Scene>, sample_rate_hz: f64, latency: Latency, stereo: bool) -> Result<Emitters, Fault> {
-        let carriers = cache::carriers(scene, sample_rate_hz, latency).map_err(Fault::of)?;
-        let stereo = stereo && scene.emitter().is_some();
+    fn emitters(&self, scene: &Arc<Scene>, request: &SceneRequest) -> Result<Emitters, Fault> {
+        let sample_rate_hz = f64::from_bits(request.sample_rate_bits);
+        let carriers = cache::carriers(scene, sample_rate_hz, request.latency.into()).map_err(Fault::of)?;
+        let stereo = request.stereo && scene.emitter().is_some();
+        let hop = scene.grid().hop as f64 * sample_rate_hz / scene.grid().sample_rate_hz;
+        let phase = if request.is_staggered { (self.number as f64 * APART).fract() * hop } else { 0.0 };
+        let phase = index(narrow(phase));
         let own = if stereo { 2 } else { 1 };
         let renderer = |voices: usize| {
             let no_thread = |error| Fault::because("no thread to decode poses on", error);
@@ -222,7 +228,7 @@ impl Loader {
                     workers.push(Box::new(decoder));
                 }
             }
-            let config = RendererConfig { voices, workers, ..(sample_rate_hz, Arc::clone(&carriers)).into() };
+            let config = RendererConfig { voices, workers, phase, ..(sample_rate_hz, Arc::clone(&carriers)).into() };
             Ok::<_, Fault>(Renderer::new(Arc::clone(scene), config))
         };
         let further = self.params.further();

@@ -2,9 +2,7 @@
 
 use super::{Loader, chooses_a_file};
 use crate::library::LoadError;
-use crate::parameter::Parameter;
-use crate::parameter::choices::Follow;
-use crate::parameter::row::SlotKind;
+use crate::parameter::{Parameter, choices::Follow, row::SlotKind};
 use crate::project::walk::SavedWalk;
 use crate::worker::lock::lock;
 use nice_plug::prelude::Enum;

@@ -1,11 +1,9 @@
 //! What the listener hears with: a head and headphones.
 
 use super::Loader;
-use crate::library::cache;
-use crate::library::drawn_room::DrawnRoom;
-use crate::library::{self, LoadedScene};
-use crate::project::saved_head::SavedHead;
-use crate::project::saved_headphones::SavedHeadphones;
+use crate::library::{self, LoadedScene, cache, drawn_room::DrawnRoom};
+use crate::project::persisted::{Persisted, Report};
+use crate::project::{exchange::Exchange, file_wish::FileWish, saved_head::SavedHead, saved_headphones::SavedHeadphones};
 use crate::worker::lock::lock;
 use nice_plug::nice_error;
 use promenade_core::Scene;
@@ -18,44 +16,38 @@ use std::sync::atomic::Ordering;
 impl Loader {
     /// Reads the head that has been asked for. The scene's own plays where it cannot be read.
     pub(super) fn refresh_head(&self) {
-        let Some(name) = self.exchange.head_wish.take() else { return };
-        let (_, restores) = self.params.head.get();
-        let read = if name.is_empty() { Ok(SavedHead::default()) } else { head_in(&library::place_of(&name)) };
-        let (head, report) = match read {
-            Ok(head) => (head, String::new()),
-            Err(reason) => (SavedHead::default(), reason),
-        };
-        // A state that was restored meanwhile has a head of its own.
-        if self.params.head.replace(head, restores) {
-            if !report.is_empty() {
-                nice_error!("{report}");
-            }
-            self.exchange.head_report.set_text(report);
-            self.exchange.head_wish.answer();
-            self.repaint.request_repaint();
-        }
+        let Exchange { head_wish, head_report, .. } = &*self.exchange;
+        self.grant(head_wish, &self.params.head, head_report, head_in, Some(SavedHead::default()));
     }
 
     /// Reads the headphones that have been asked for. Where they cannot be read, those that are there stay.
     pub(super) fn read_headphones(&self) {
-        let Some(name) = self.exchange.headphones_wish.take() else { return };
-        let (_, restores) = self.params.headphones.get();
-        let read = if name.is_empty() { Ok(SavedHeadphones::default()) } else { headphones_in(&library::place_of(&name)) };
-        let report = match read {
-            Ok(saved) => {
-                // A state that was restored meanwhile has headphones of its own.
-                if !self.params.headphones.replace(saved, restores) {
-                    return;
-                }
-                String::new()
-            }
-            Err(reason) => {
-                nice_error!("{reason}");
-                reason
-            }
-        };
-        self.exchange.headphones_report.set_text(report);
-        self.exchange.headphones_wish.answer();
+        let Exchange { headphones_wish, headphones_report, .. } = &*self.exchange;
+        self.grant(headphones_wish, &self.params.headphones, headphones_report, headphones_in, None);
+    }
+
+    /// Reads a file that has been asked for, none for an empty name. Where it cannot be read, `instead` takes its place.
+    fn grant<T: Clone + Default>(
+        &self,
+        wish: &FileWish,
+        held: &Persisted<T>,
+        report: &Report,
+        read: fn(&Path) -> Result<T, String>,
+        instead: Option<T>,
+    ) {
+        let Some(name) = wish.take() else { return };
+        let (_, restores) = held.get();
+        let read = if name.is_empty() { Ok(T::default()) } else { read(&library::place_of(&name)) };
+        let (new, reason) = read.map_or_else(|reason| (instead, reason), |new| (Some(new), String::new()));
+        // A state that was restored meanwhile has a file of its own.
+        if new.is_some_and(|new| !held.replace(new, restores)) {
+            return;
+        }
+        if !reason.is_empty() {
+            nice_error!("{reason}");
+        }
+        report.set_text(reason);
+        wish.answer();
         self.repaint.request_repaint();
     }
 

@@ -136,7 +136,7 @@ mod tests {
                 let samples: Vec<f32> = (0..HOP).map(|n| single(tone((h * HOP + n) as f64))).collect();
                 line.write(&samples);
             }
-            let (mut bus, mut scratch) = (Bus::new(HOP), vec![0.0; scratch_len(HOP)]);
+            let (mut bus, mut scratch) = (Bus::new(HOP, AMBISONIC_CHANNELS / 2), vec![0.0; scratch_len(HOP)]);
             let direction: Channels = std::array::from_fn(|c| c as f32);
             let moment = |delay| Moment { delay, gain: 1.0, direction };
             let mut weights = [0.0; BASES];

@@ -1,0 +1,338 @@
+//! How far one rendering of a scene is from another, as a listener has it.
+
+use crate::error::JudgeError;
+use crate::measures::{Unmeasurable, response_measures, response_s};
+use crate::poses::{Course, noise};
+use promenade_core::{Audible, Measure, Pose, Quality, Renderer, RendererConfig, ResponseMeasures, Scene, StftGrid, Voice};
+use promenade_fourier::num_complex::Complex64;
+use promenade_fourier::spectrum;
+use promenade_metrics::statistics::quantile;
+use promenade_metrics::{MetricError, band_powers, ild_db, interaural_coherence};
+use std::f64::consts::TAU;
+use std::sync::Arc;
+
+/// Differences that are just noticed, of decay times as a share: these, C50, levels (strength) and coherence after ISO
+/// 3382-1:2009, annexes A and B; ITD after Klumpp and Eady (1956), ILD after Mills (1960).
+pub const JND_DECAY: f64 = 0.05;
+/// Of levels between the ears or of a critical band (Lindau 2008), and of clarity, dB.
+pub const JND_DB: f64 = 1.0;
+/// Of a delay between the ears, seconds.
+pub const JND_ITD_S: f64 = 20e-6;
+/// Of the ears' coherence.
+const JND_COHERENCE: f64 = 0.075;
+/// The shallowest modulation of a steady sound that is heard (Viemeister 1979: -26 dB), and the share of a modulation's square
+/// by which another is heard to be deeper (Wakefield and Viemeister 1990: 1.5 dB).
+const JND_MODULATION: f64 = 0.05;
+const JND_DEEPER: f64 = 0.41;
+/// Clarity of a response that has nothing after 50 ms, and of all that are clearer, dB.
+const CLEAREST_DB: f64 = 20.0;
+/// Bands so much fainter than the loudest do not count, and no band differs by more than this, dB.
+const FAINT_DB: f64 = 40.0;
+const MOST_DB: f64 = 20.0;
+/// The share of poses, or of moments on the way, that differ by no more than is said.
+const OF_POSES: f64 = 0.9;
+/// Where the early part of a response ends, for coherence, seconds.
+const EARLY_S: f64 = 0.08;
+/// Longest response, as a share of the reverberation time and in seconds.
+const OF_DECAY: f64 = 0.7;
+const LONGEST_S: f64 = 2.0;
+/// Levels are heard over this time, seconds; way and turn last so long, and nothing is compared before its filters are settled.
+const WINDOW_S: f64 = 0.1;
+const WAY_S: f64 = 2.4;
+const TURN_S: f64 = 1.5;
+const SETTLED_S: f64 = 0.4;
+/// Held tones, as multiples of the rate at which their envelopes are taken, Hz, so that none is heard in another's.
+const ENVELOPE_HZ: f64 = 400.0;
+const TONES: [u32; 8] = [1, 2, 4, 7, 11, 16, 23, 31];
+/// The modulation that is heard as roughness and flutter, Hz.
+const FLUTTER_HZ: std::ops::Range<f64> = 15.0..60.0;
+
+/// What one rendering of a scene is to a listener who stands at some places, walks and turns.
+pub struct Heard {
+    standing: Vec<Standing>,
+    /// Levels of critical bands at both ears and the level difference between them, dB, by moment of the ways.
+    moments: Vec<(Vec<f64>, f64)>,
+    /// Depth of each tone's modulation at each ear while the head turns.
+    modulation: Vec<f64>,
+}
+
+/// A response; nothing of it is known where all is silent.
+struct Standing {
+    measures: Option<ResponseMeasures>,
+    /// Levels of critical bands at both ears, dB.
+    levels_db: Vec<f64>,
+    /// Coherence of the ears, early and late.
+    coherence: Vec<f64>,
+}
+
+impl Heard {
+    /// Plays a scene along a course at its own rate, as long as that is `wanted`.
+    ///
+    /// # Errors
+    /// It cannot be rendered, its responses cannot be measured, or they are no longer asked for.
+    pub fn of(scene: &Arc<Scene>, quality: Quality, course: &Course, wanted: &dyn Fn() -> bool) -> Result<Self, JudgeError> {
+        let rate = scene.grid().sample_rate_hz;
+        let mut player = Player::new(scene, quality)?;
+        let bands = critical_bands(f64::from(scene.top_hz()).min(0.45 * rate));
+        let seconds = (OF_DECAY / 1.5 * response_s(scene)).clamp(0.25, LONGEST_S);
+        let standing = course
+            .poses
+            .iter()
+            .map(|pose| Standing::of(&player.respond(*pose, seconds, wanted)?, rate, &bands))
+            .collect::<Result<_, _>>()?;
+        let length = |seconds: f64| (seconds * rate) as usize;
+        let tones: Vec<f64> = TONES.iter().map(|n| ENVELOPE_HZ * f64::from(*n)).filter(|hz| *hz < 0.45 * rate).collect();
+        let held: Vec<f32> = (0..length(TURN_S)).map(|i| tone_sum(&tones, i as f64 / rate)).collect();
+        let (walked, settled) = (noise(length(WAY_S)), length(SETTLED_S));
+        let mut heard = Self { standing, moments: Vec::new(), modulation: Vec::new() };
+        for way in &course.ways {
+            let ears = player.render(&walked, |seconds| way.walked(seconds), wanted)?;
+            let [left, right] = ears.each_ref().map(|ear| ear[settled..].chunks_exact(length(WINDOW_S)));
+            heard.moments.extend(left.zip(right).map(|(l, r)| (levels_db([l, r], rate, &bands), ild_db(l, r).unwrap_or(0.0))));
+            let ears = player.render(&held, |seconds| way.turned(seconds), wanted)?;
+            let of_ear = |ear: &Vec<f32>| tones.iter().map(|hz| modulation(&ear[settled..], *hz, rate)).collect::<Vec<_>>();
+            heard.modulation.extend(ears.iter().flat_map(of_ear));
+        }
+        Ok(heard)
+    }
+
+    /// How far it is from another of the same course: each measure's error over what is just noticed, at nine of ten poses.
+    #[must_use]
+    pub fn errors(&self, other: &Self) -> Vec<Audible> {
+        let mut errors = standing_errors(&self.standing, &other.standing);
+        let moments = || self.moments.iter().zip(&other.moments);
+        errors.push((Measure::MovingLevels, moments().map(|((a, _), (b, _))| mean_difference_db(a, b) / JND_DB).collect()));
+        errors.push((Measure::MovingIld, moments().map(|((_, a), (_, b))| (a - b).abs() / JND_DB).collect()));
+        let deeper = |(a, b): (&f64, &f64)| ((a * a - b * b).max(0.0) / (JND_MODULATION.powi(2) + JND_DEEPER * b * b)).sqrt();
+        errors.push((Measure::Modulation, self.modulation.iter().zip(&other.modulation).map(deeper).collect()));
+        at_most_poses(errors)
+    }
+}
+
+/// How far a scene is from the measurements that it was not made from, by measure; none where it has none.
+///
+/// # Errors
+/// It cannot be rendered, or its responses cannot be measured.
+pub fn errors_to_measurements(scene: &Arc<Scene>, quality: Quality) -> Result<Vec<Audible>, JudgeError> {
+    let (rate, mut player) = (scene.grid().sample_rate_hz, Player::new(scene, quality)?);
+    let (mut rendered, mut measured) = (Vec::new(), Vec::new());
+    for held in scene.held_out() {
+        let ears = player.respond(held.pose, response_s(scene), &|| true)?;
+        rendered.push(Standing { coherence: Vec::new(), ..Standing::of(&ears, rate, &[])? });
+        measured.push(Standing { measures: Some(held.measured), levels_db: Vec::new(), coherence: Vec::new() });
+    }
+    Ok(at_most_poses(standing_errors(&rendered, &measured)))
+}
+
+/// The largest of some errors; none of none.
+#[must_use]
+pub fn largest(errors: &[Audible]) -> Audible {
+    errors.iter().copied().max_by(|a, b| a.jnds.total_cmp(&b.jnds)).unwrap_or(Audible { jnds: 0.0, measure: Measure::Levels })
+}
+
+/// Samples that are rendered at a time.
+const BLOCK: usize = 4096;
+
+/// Left and right ear.
+type Ears = [Vec<f32>; 2];
+
+/// Plays a scene at its own rate, sound by sound, and waits for every decode.
+struct Player {
+    renderer: Renderer,
+    quality: Quality,
+}
+
+impl Player {
+    fn new(scene: &Arc<Scene>, mut quality: Quality) -> Result<Self, JudgeError> {
+        quality.live.wait = true;
+        let config = RendererConfig::inline(scene, scene.grid().sample_rate_hz, quality.tier, 1);
+        Ok(Self { renderer: Renderer::new(Arc::clone(scene), config)?, quality })
+    }
+
+    /// Both ears of a sound, as long as it; `pose_at` is given seconds from its start.
+    fn render(&mut self, dry: &[f32], pose_at: impl Fn(f64) -> Pose, wanted: &dyn Fn() -> bool) -> Result<Ears, JudgeError> {
+        self.renderer.reset();
+        let (latency, rate) = (self.renderer.latency_samples(), self.renderer.grid().sample_rate_hz);
+        let mut ears = [(); 2].map(|()| vec![0.0; dry.len() + latency]);
+        let [left, right] = &mut ears;
+        for (n, (left, right)) in left.chunks_mut(BLOCK).zip(right.chunks_mut(BLOCK)).enumerate() {
+            if !wanted() {
+                return Err(JudgeError::Unwanted);
+            }
+            let start = n * BLOCK;
+            let sound = Voice::from(&dry[start.min(dry.len())..(start + BLOCK).min(dry.len())]);
+            self.renderer.process(&[sound], [left, right], self.quality, &mut |i| pose_at((start + i) as f64 / rate));
+        }
+        Ok(ears.map(|mut ear| ear.split_off(latency)))
+    }
+
+    /// What a unit impulse after a window of silence becomes for a listener who stands still, over some seconds after it.
+    fn respond(&mut self, pose: Pose, seconds: f64, wanted: &dyn Fn() -> bool) -> Result<Ears, JudgeError> {
+        let StftGrid { n_fft, sample_rate_hz, .. } = *self.renderer.grid();
+        let mut impulse = vec![0.0; n_fft + (seconds * sample_rate_hz) as usize];
+        impulse[n_fft] = 1.0;
+        self.render(&impulse, |_| pose, wanted)
+    }
+}
+
+/// By measure the error that all but a tenth of the poses stay below.
+fn at_most_poses(errors: Vec<(Measure, Vec<f64>)>) -> Vec<Audible> {
+    let of_poses = |(measure, mut values): (Measure, Vec<f64>)| {
+        values.sort_by(f64::total_cmp);
+        Some(Audible { jnds: quantile(&values, OF_POSES)? as f32, measure })
+    };
+    errors.into_iter().filter_map(of_poses).collect()
+}
+
+fn standing_errors(of: &[Standing], other: &[Standing]) -> Vec<(Measure, Vec<f64>)> {
+    let pairs = || of.iter().zip(other);
+    let sounding = || pairs().filter_map(|(a, b)| Some((a.measures.as_ref()?, b.measures.as_ref()?)));
+    // A decay that is missing counts as one of no time.
+    let decay = |time: fn(&ResponseMeasures) -> Option<f64>| -> Vec<f64> {
+        sounding().filter_map(|(a, b)| Some((time(a).unwrap_or(0.0) / time(b)? - 1.0).abs() / JND_DECAY)).collect()
+    };
+    let clarity = |m: &ResponseMeasures| m.c50_db.unwrap_or(CLEAREST_DB).min(CLEAREST_DB);
+    let coherence = |(a, b): (&f64, &f64)| (a - b).abs() / JND_COHERENCE;
+    vec![
+        (Measure::Itd, sounding().map(|(a, b)| (a.itd_s - b.itd_s).abs() / JND_ITD_S).collect()),
+        (Measure::Ild, sounding().map(|(a, b)| (a.ild_db - b.ild_db).abs() / JND_DB).collect()),
+        (Measure::T20, decay(|m| m.t20_s)),
+        (Measure::Edt, decay(|m| m.edt_s)),
+        (Measure::C50, sounding().map(|(a, b)| (clarity(a) - clarity(b)).abs() / JND_DB).collect()),
+        (Measure::Coherence, pairs().flat_map(|(a, b)| a.coherence.iter().zip(&b.coherence).map(coherence)).collect()),
+        (Measure::Levels, pairs().map(|(a, b)| mean_difference_db(&a.levels_db, &b.levels_db) / JND_DB).collect()),
+    ]
+}
+
+impl Standing {
+    fn of(ears: &Ears, rate: f64, bands: &[(f64, f64)]) -> Result<Self, JudgeError> {
+        let [left, right] = ears.each_ref().map(|ear| &ear[..]);
+        let measures = match response_measures(left, right, rate) {
+            Ok(measures) => Some(measures),
+            Err(Unmeasurable { source: MetricError::Silent, .. }) => None,
+            Err(source) => return Err(source.into()),
+        };
+        let loudest = |ear: &[f32]| ear.iter().enumerate().max_by(|a, b| a.1.abs().total_cmp(&b.1.abs())).map_or(0, |(i, _)| i);
+        let early = (loudest(left).min(loudest(right)) + (EARLY_S * rate) as usize).min(left.len());
+        let parts = [[&left[..early], &right[..early]], [&left[early..], &right[early..]]];
+        let coherence = parts.into_iter().map(|ears| interaural_coherence(ears, rate).unwrap_or(1.0)).collect();
+        Ok(Self { measures, levels_db: levels_db([left, right], rate, bands), coherence })
+    }
+}
+
+/// Edges of critical bands up to a frequency, Hz, from 50 Hz on, after Traunmüller (1990): `z = 26.81 f / (1960 + f) - 0.53`.
+fn critical_bands(top_hz: f64) -> Vec<(f64, f64)> {
+    let edge = |z: f64| 1960.0 * (z + 0.53) / (26.28 - z);
+    let edges: Vec<f64> = (0..24).map(|z| edge(f64::from(z) + 0.25)).take_while(|hz| *hz <= top_hz).collect();
+    edges.windows(2).map(|pair| (pair[0], pair[1])).collect()
+}
+
+fn levels_db(ears: [&[f32]; 2], rate: f64, bands: &[(f64, f64)]) -> Vec<f64> {
+    ears.iter().flat_map(|ear| band_powers(ear, rate, bands)).map(|power| 10.0 * power.max(1e-30).log10()).collect()
+}
+
+/// Mean over the bands that are heard in the second of the difference between levels, dB.
+fn mean_difference_db(of: &[f64], other: &[f64]) -> f64 {
+    let loudest = other.iter().copied().fold(f64::MIN, f64::max);
+    let heard = of.iter().zip(other).filter(|(_, level)| **level > loudest - FAINT_DB);
+    let (sum, count) = heard.fold((0.0, 0.0), |(sum, count), (a, b)| (sum + (a - b).abs().min(MOST_DB), count + 1.0));
+    sum / f64::max(count, 1.0)
+}
+
+fn tone_sum(tones: &[f64], at_s: f64) -> f32 {
+    (tones.iter().enumerate().map(|(n, hz)| (TAU * hz * at_s + n as f64).sin()).sum::<f64>() / tones.len() as f64) as f32
+}
+
+/// Depth of the modulation of a tone's envelope in [`FLUTTER_HZ`], as an amplitude over its mean.
+fn modulation(sound: &[f32], hz: f64, rate: f64) -> f64 {
+    // Blocks need not be whole numbers of samples long, but each is one period of the envelope's rate.
+    let count = (sound.len() as f64 / rate * ENVELOPE_HZ) as usize;
+    let block = |n: usize| (n as f64 * rate / ENVELOPE_HZ).round() as usize;
+    let base = |i: usize| Complex64::from_polar(f64::from(sound[i]), -TAU * hz * i as f64 / rate);
+    let envelope = (0..count).map(|n| (block(n)..block(n + 1).min(sound.len())).map(base).sum::<Complex64>().norm());
+    let length = count.next_power_of_two();
+    let window = |n: usize| 0.5 - 0.5 * (TAU * (n as f64 + 0.5) / count as f64).cos();
+    let spectrum = spectrum(envelope.enumerate().map(|(n, v)| window(n) * v), length);
+    let inside = |k: &usize| FLUTTER_HZ.contains(&(ENVELOPE_HZ * *k as f64 / length as f64));
+    let flutter: f64 = (1..length / 2).filter(inside).map(|k| spectrum[k].norm_sqr()).sum();
+    // A sine of depth m has a quarter of m squared on each side, which the window spreads to 3/2 of it, and the transform over as
+    // many bins more as it is longer.
+    (4.0 * flutter / 1.5 / spectrum[0].norm_sqr().max(1e-30) * count as f64 / length as f64).sqrt()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use promenade_core::Setting;
+    use promenade_testing::scenes::room_with_images;
+
+    fn figure(errors: &[Audible], measure: Measure) -> f32 {
+        errors.iter().find(|e| e.measure == measure).unwrap_or_else(|| panic!("{measure:?} in {errors:?}")).jnds
+    }
+
+    #[test]
+    fn a_scene_is_as_itself_and_less_of_it_is_not() {
+        let scene = room_with_images(8_000.0, 0.2, 0.05, 8);
+        let course = Course::new(&scene, 3, 1, 1);
+        let heard = |scene: &Arc<Scene>| Heard::of(scene, Quality::default(), &course, &|| true).unwrap();
+        let less = |setting| Arc::new(scene.with_setting(setting).unwrap());
+        let full = heard(&scene);
+        assert_eq!(heard(&scene).errors(&full), Measure::ALL.map(|measure| Audible { jnds: 0.0, measure }).to_vec());
+        let one = heard(&less(Setting { images: 1, ..Setting::ALL })).errors(&full);
+        assert!(figure(&one, Measure::C50) > 0.5 && figure(&one, Measure::Levels) > 0.5, "{one:?}");
+        let slow = heard(&less(Setting { refresh: 4, ..Setting::ALL })).errors(&full);
+        assert!(figure(&slow, Measure::C50) < 0.02 && figure(&slow, Measure::MovingLevels) > 0.01, "{slow:?}");
+        assert_eq!(Heard::of(&scene, Quality::default(), &course, &|| false).err(), Some(JudgeError::Unwanted));
+    }
+
+    #[test]
+    fn a_change_counts_as_many_times_as_it_is_noticed() {
+        let measures = ResponseMeasures { itd_s: 1e-4, ild_db: 3.0, t20_s: Some(0.5), edt_s: Some(0.4), c50_db: Some(9.0) };
+        let standing = |measures, level: f64, coherence| {
+            [Standing { measures, levels_db: vec![level, level - 1.0, level - 90.0], coherence: vec![coherence] }]
+        };
+        let changed = ResponseMeasures { itd_s: 6e-5, ild_db: 0.0, t20_s: None, edt_s: Some(0.44), c50_db: Some(11.0) };
+        let found = at_most_poses(standing_errors(&standing(Some(changed), -8.0, 0.35), &standing(Some(measures), -6.0, 0.5)));
+        let wanted = [
+            (Measure::Itd, 2.0),
+            (Measure::Ild, 3.0),
+            (Measure::T20, 20.0),
+            (Measure::Edt, 2.0),
+            (Measure::C50, 2.0),
+            (Measure::Coherence, 2.0),
+            (Measure::Levels, 2.0),
+        ];
+        assert_eq!(found.len(), wanted.len());
+        for (measure, jnds) in wanted {
+            assert!((figure(&found, measure) - jnds).abs() < 1e-4, "{measure:?}: {found:?}");
+        }
+        assert_eq!(largest(&found).measure, Measure::T20);
+        // Silence has nothing to compare but its levels.
+        let silent = at_most_poses(standing_errors(&standing(None, -200.0, 1.0), &standing(Some(measures), -6.0, 1.0)));
+        assert_eq!((silent.len(), figure(&silent, Measure::Levels)), (2, MOST_DB as f32));
+    }
+
+    #[test]
+    fn critical_bands_are_those_of_zwicker() {
+        let bands = critical_bands(16_000.0);
+        let width =
+            |hz: f64| bands.iter().find(|(low, high)| (*low..*high).contains(&hz)).map(|(low, high)| high - low).unwrap();
+        // Zwicker (1961): 100 Hz wide at 250 Hz, 160 at 1 kHz, 550 at 4 kHz, 1800 at 9.5 kHz.
+        for (hz, wanted) in [(250.0, 100.0), (1_000.0, 160.0), (3_400.0, 550.0), (8_500.0, 1_800.0)] {
+            assert!((width(hz) / wanted - 1.0).abs() < 0.25, "{hz}: {}", width(hz));
+        }
+    }
+
+    #[test]
+    fn a_tone_is_as_deeply_modulated_as_it_is() {
+        let (rate, hz) = (16_000.0, 1_600.0);
+        for depth in [0.02, 0.1, 0.3] {
+            let tone: Vec<f32> = (0..20_000)
+                .map(|i| f64::from(i) / rate)
+                .map(|t| ((1.0 + depth * (TAU * 31.0 * t).sin()) * (TAU * hz * t).sin()) as f32)
+                .collect();
+            let found = modulation(&tone, hz, rate);
+            assert!((found / depth - 1.0).abs() < 0.05, "{found} of {depth}");
+        }
+    }
+}
