@@ -23,7 +23,7 @@ fn many<H: Host>() -> H {
 /// Places the sources, metres ahead, to the left and up of where the listener starts, by the parameters along the axes or by
 /// those of directions.
 fn placed<H: Host>(places: [[f64; 3]; 3], polar: bool) -> H {
-    let mut host = many();
+    let mut host: H = many();
     for (source, [x, y, z]) in places.into_iter().enumerate() {
         let number = if source == 0 { String::new() } else { (source + 1).to_string() };
         let (azimuth, elevation) = (y.atan2(x).to_degrees(), z.atan2(x.hypot(y)).to_degrees());
