@@ -23,7 +23,7 @@ fn parameters_are_in_modules_and_angles_go_round() {
     assert_eq!(modules, ["Pose", "Pose", "Path", "Emitter", "Group", "Sound", "Scene", "Remote"]);
     assert!(all.iter().all(|p| !p.module.is_empty()), "{all:?}");
     let periodic: Vec<_> = all.iter().filter(|p| p.periodic).map(|p| p.name.as_str()).collect();
-    assert_eq!(periodic, ["Yaw", "Roll"]);
+    assert_eq!(periodic, ["Yaw", "Roll", "Source Azimuth"]);
 }
 
 #[test]

@@ -1,5 +1,6 @@
 //! The plugin of many sources: what its inputs play comes from their places in one room.
 
+use crate::directions::along_axes;
 use promenade_core::glam::Vec3;
 use promenade_core::{BlockParams, Pose, Renderer, RendererConfig, Scene, Spatializer, Voice};
 use promenade_host::{Lane, Point, bounce};
@@ -262,9 +263,9 @@ fn has_parameters<H: Host>(many: &mut H, sources: usize) {
         // The loft's walls about its source, on this side of the corner.
         let [azimuth, away] = ["Azimuth", "Distance"].map(|part| default_of(&knobs, source, part));
         let (sin, cos) = azimuth.to_radians().sin_cos();
-        for (x, y) in [(x, y), (away * cos - 1.5, away * sin)] {
-            assert!((-7.6..1.4).contains(&x) && (-2.6..2.4).contains(&y), "source {source} begins outside: {x}, {y}");
-        }
+        let [polar_x, polar_y, _] = along_axes([away * cos, away * sin, 0.0]);
+        assert!((-7.6..-3.1).contains(&polar_x) || polar_y > -2.6, "source {source} begins outside: {polar_x}, {polar_y}");
+        assert!((-7.6..1.4).contains(&x) && (-2.6..2.4).contains(&y), "source {source} begins outside: {x}, {y}");
         for (id, name, default) in [
             ("ex", "Offset X", format!("{x:.3} m")),
             ("ey", "Offset Y", format!("{y:.3} m")),
@@ -341,9 +342,9 @@ fn sources_have_modules_and_pages_of_their_own() {
     let module = |id: &str| all.iter().find(|p| p.id == of(id)).unwrap().module.clone();
     assert_eq!([module("ex2"), module("level16"), module("ex")], ["Source 2", "Source 16", "Emitter"]);
     let pages = host.instance().remote_pages();
-    let first = pages.iter().find(|page| page.name == "Source 2, Source 3").unwrap_or_else(|| panic!("{pages:?}"));
-    let wanted = ["ex2", "ey2", "ez2", "level2", "ex3", "ey3", "ez3", "level3"].map(|id| Some(of(id)));
-    assert_eq!(first.parameters, wanted);
+    let first = pages.iter().find(|page| page.name == "Source 2").unwrap_or_else(|| panic!("{pages:?}"));
+    let wanted = ["ex2", "ey2", "ez2", "level2", "azimuth2", "elevation2", "distance2"].map(|id| Some(of(id)));
+    assert_eq!((&first.parameters[..7], first.parameters[7]), (&wanted[..], None));
     for parameter in all {
         let count = pages.iter().flat_map(|page| page.parameters).filter(|knob| *knob == Some(parameter.id)).count();
         assert_eq!(count, usize::from(parameter.name != "Revision"), "{}", parameter.name);

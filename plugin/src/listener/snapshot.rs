@@ -150,7 +150,7 @@ mod tests {
 
     #[test]
     fn the_defaults_stand_at_the_origin_at_unit_gain() {
-        let snapshot = <Snapshot>::of(&PromenadeParams::default());
+        let snapshot = <Snapshot>::of(&PromenadeParams::default(), None);
         assert_eq!(snapshot.sources.knobs, Pose::IDENTITY);
         assert_eq!(snapshot.block, BlockParams::default());
     }
@@ -165,7 +165,7 @@ mod tests {
         set(1, Part::X, 3.0);
         set(1, Part::Level, -20.0);
         set(0, Part::Level, -60.0);
-        let [first, second] = Snapshot::of(&params).further;
+        let [first, second] = Snapshot::of(&params, None).further;
         assert_eq!((first.offset, first.gain), (Vec3::new(-0.03, 0.29, 0.0), 0.0));
         assert!(second.offset == Vec3::new(3.0, -0.29, 0.0) && (second.gain - 0.1).abs() < 1e-6, "{second:?}");
     }

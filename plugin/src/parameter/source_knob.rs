@@ -97,12 +97,12 @@ const fn at_first(number: usize) -> (f32, f32) {
     (-2.7 - 0.8 * (beyond / 8) as f32, side * 0.5 * (1 + beyond % 8 / 2) as f32)
 }
 
-/// Its azimuth and distance at first, degrees and metres, by turns to the left and to the right: on the same arc, then on
-/// rings behind the listener.
+/// Its azimuth and distance at first, degrees and metres, by turns to the left and to the right: on an arc, then on rings
+/// behind where the listener starts; all in the loft, too.
 const fn at_first_polar(number: usize) -> (f32, f32) {
     let side = if number.is_multiple_of(2) { 1.0 } else { -1.0 };
     match number.checked_sub(2 * ARC.len() + 2) {
-        None => (side * 11.25 * (number / 2) as f32, 1.5),
+        None => (side * 11.25 * (number / 2) as f32, 1.25),
         Some(beyond) => (side * (101.25 + 10.0 * (beyond % 16 / 2) as f32), 1.5 + 0.45 * (beyond / 16) as f32),
     }
 }
