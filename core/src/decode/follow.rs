@@ -105,7 +105,8 @@ impl Follower {
         let live = self.live.as_mut().filter(|_| quality.tier >= Tier::High);
         // Each group of bins keeps its turn, and leaves out all but every so many.
         let turn = share % TURNS;
-        let (round, is_due) = (share / TURNS + turn, (share / TURNS + turn) % self.refresh == 0);
+        let round = share / TURNS + turn;
+        let is_due = round.is_multiple_of(self.refresh);
         let share = if self.refresh > 1 { round / self.refresh * TURNS + turn } else { share } % REFRESH_HOPS;
         let turn = Some(turn);
         let whole = whole || live.is_some() != self.is_live;

@@ -152,7 +152,7 @@ impl AmbisonicHead {
                 let sum = |bin: &[[Complex64; 2]; AMBISONIC_CHANNELS]| -> Complex64 {
                     bin.iter().zip(&shares).map(|(ears, share)| ears[ear] * f64::from(*share)).sum()
                 };
-                bins.iter().map(|bin| sum(bin)).map(|x| Complex32::new(single(x.re), single(x.im))).collect()
+                bins.iter().map(sum).map(|x| Complex32::new(single(x.re), single(x.im))).collect()
             })
         });
         Self::of_spectra(filters, self.sample_rate_hz, self.lead, self.len())

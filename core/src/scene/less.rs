@@ -1,6 +1,7 @@
 //! Scenes that hold less.
 
 use super::{Emission, ImageSources, Scene, SceneParts, Setting, TurningRoom};
+use crate::number::single;
 use crate::{Basis, Field, LowRank, Rows, TransferShape};
 
 /// The most by which the late part rises when it begins earlier, dB.
@@ -31,7 +32,7 @@ impl Scene {
 
 /// The first taps only; the late part begins where they end, as much louder as it has decayed until its old beginning.
 fn with_taps(parts: &SceneParts, taps: usize) -> Option<SceneParts> {
-    let hops = (parts.taps - taps) as f32 * parts.grid.hop_s() as f32;
+    let hops = (parts.taps - taps) as f32 * single(parts.grid.hop_s());
     let rise_db = |t60: &f32| (60.0 * hops / t60.max(1e-3)).min(MOST_RISE_DB);
     let ear: Vec<f32> = parts.tail.t60_s.iter().map(|t60| 10.0_f32.powf(rise_db(t60) / 20.0)).collect();
     let rise = [&ear[..], &ear[..]].concat();

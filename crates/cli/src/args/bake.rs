@@ -22,7 +22,7 @@ pub(crate) struct BakeLessArgs {
     pub(crate) scene: PathBuf,
     /// Keep what stays within this error, in differences that are just noticed; without it all, with the settings that players
     /// choose from
-    #[arg(long, value_name = "JND", value_parser = within(0.0, 1000.0))]
+    #[arg(long, value_name = "JND", value_parser = within(0.0_f32, 1000.0))]
     pub(crate) within: Option<f32>,
     /// Scene file to write
     #[arg(short, long, value_name = "SCENE")]

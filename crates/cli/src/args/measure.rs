@@ -42,7 +42,7 @@ pub(crate) struct MeasureArgs {
     #[arg(long, value_name = "FILE", requires = "trade")]
     pub(crate) plot: Option<PathBuf>,
     /// Recommend the cheapest setting with at most this error, in differences that are just noticed
-    #[arg(long, value_name = "JND", default_value_t = 1.0, requires = "trade", value_parser = within(0.0, 1000.0))]
+    #[arg(long, value_name = "JND", default_value_t = 1.0, requires = "trade", value_parser = within(0.0_f32, 1000.0))]
     pub(crate) within: f32,
     /// Binaural impulse response (WAV) to measure, as JSON
     #[arg(long, value_name = "FILE")]
