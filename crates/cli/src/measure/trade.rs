@@ -54,7 +54,8 @@ fn rows(of: &Arc<Scene>, points: &[FrontPoint], args: &MeasureArgs) -> Result<Ve
     let settings: Vec<Setting> = points.iter().map(|p| p.setting).collect();
     let elsewhere = args.poses.map(|count| elsewhere(of, &settings, count as usize)).transpose()?.unwrap_or_default();
     let some = |errors: &[Audible]| (!errors.is_empty()).then(|| largest(errors));
-    let row = |(n, ((point, scene), real_time)): (usize, ((&FrontPoint, &Arc<Scene>), Option<f64>))| -> Result<Row> {
+    let all = points.iter().zip(&scenes).zip(times).enumerate();
+    let rows = all.map(|(n, ((point, scene), real_time))| {
         Ok(Row {
             point: *point,
             real_time: real_time.unwrap_or(f64::NAN),
@@ -62,8 +63,8 @@ fn rows(of: &Arc<Scene>, points: &[FrontPoint], args: &MeasureArgs) -> Result<Ve
             to_measured: some(&errors_to_measurements(scene, usual(scene))?),
             elsewhere: elsewhere.get(n).and_then(|errors| some(errors)),
         })
-    };
-    points.iter().zip(&scenes).zip(times).enumerate().map(row).collect()
+    });
+    rows.collect()
 }
 
 /// What of a scene is left out.
