@@ -98,8 +98,9 @@ def check_names(path):
 
 def check_parameters(path, inputs):
     numbers = Session(path, inputs, {}).number
-    further = {f"Source {n} {part}" for n in range(2, inputs + 1) for part in ("Offset X", "Offset Y", "Offset Z", "Level")}
-    assert {name for name in numbers if name.startswith("Source ")} == further
+    parts = ("Offset X", "Offset Y", "Offset Z", "Level", "Azimuth", "Elevation", "Distance")
+    further = {f"Source {n} {part}" for n in range(2, inputs + 1) for part in parts}
+    assert {name for name in numbers if name[:8].strip("0123456789") == "Source "} == further
     assert numbers.keys() >= {"Yaw", "Emitter Offset X", "Output Gain", "Dry/Wet", "Scene"}
 
 

@@ -33,7 +33,7 @@ fn ramps<H: Host>(host: &mut H) -> Vec<Lane> {
 }
 
 fn turned<H: Host>(block: usize) -> [Vec<f32>; 2] {
-    let mut host = H::open(Setup { block, ..Setup::default() });
+    let mut host = H::open(Setup { block, offline: true, ..Setup::default() });
     let lanes = ramps(&mut host);
     let signal = noise(LEN);
     bounce(host.instance(), &[&signal, &signal], &lanes, 0).unwrap()
@@ -44,7 +44,7 @@ fn long_blocks_move_as_finely_as_short_ones<H: Host>() {
     let coarse = turned::<H>(8192);
     let difference = difference_db(&fine, &coarse);
     assert!(difference < SAME_DB, "blocks of 8192 differ from blocks of 32 by {difference} dB");
-    let mut still = H::open(Setup::default());
+    let mut still = H::open(Setup { offline: true, ..Setup::default() });
     let signal = noise(LEN);
     let unmoved = bounce(still.instance(), &[&signal, &signal], &[], 0).unwrap();
     assert!(peak(&fine[0]) > 0.01 && difference_db(&fine, &unmoved) > -40.0, "the automation moves nothing");

@@ -149,7 +149,7 @@ impl LiveDecoder {
 
 impl Decoder for LiveDecoder {
     fn follow(&mut self, pose: &Pose, whole: bool, params: &LiveParams) -> bool {
-        let rate = f64::from(params.rate_hz).min(self.most_hz).max(1e-3);
+        let rate = f64::from(params.rate_hz).max(1e-3).min(self.most_hz);
         let interval = number::whole((1.0 / (rate * self.hop_s)).round().clamp(1.0, 1e6));
         self.since = self.since.saturating_add(1);
         if whole {

@@ -31,9 +31,8 @@ fn bakes_inspects_and_measures() {
     assert!(succeeds(&["inspect", &scene, "--cost"]).0.contains("% of a core, error"));
 
     let (table, _) = succeeds(&["measure", &scene]);
-    // A head, three poses and the means, of figures and of levels; a head and two tiers.
-    // Each of the first two with a row of what is just noticed.
-    assert_eq!(table.lines().filter(|l| !l.is_empty()).count(), 6 + 6 + 3, "{table}");
+    // A head, three poses, the means and what is just noticed, of figures and of levels.
+    assert_eq!(table.lines().filter(|l| !l.is_empty()).count(), 6 + 6, "{table}");
     assert_eq!(table.matches("\njust noticeable ").count(), 2, "{table}");
     let (markdown, _) = succeeds(&["measure", &scene, "--format", "markdown"]);
     assert!(markdown.starts_with("| held-out pose"), "{markdown}");
@@ -459,7 +458,7 @@ fn a_clouds_streams_are_compared_with_its_clips() {
     std::fs::write(&scene, Scene::new(parts).unwrap().to_bytes().unwrap()).unwrap();
     let (table, _) = succeeds(&["measure", &scene, "--poses", "1"]);
     let at = |text: &str| table.find(text).unwrap_or_else(|| panic!("{text}: {table}"));
-    assert!(at("held-out pose") < at("tier ") && at("tier ") < at("stream "), "{table}");
+    assert!(at("held-out pose") < at("stream "), "{table}");
     let streams: Vec<&str> = table[at("stream ")..].lines().skip(1).filter_map(|l| l.split_whitespace().next()).collect();
     assert_eq!(streams[..4], ["source", "draft", "standard", "high"], "{table}");
     assert!(table.contains("nothing to compare with: the model's masks have 33 bands"), "{table}");
@@ -598,8 +597,8 @@ fn nothing_is_written_over_what_is_read_or_under_the_name_of_another_kind() {
     all_fail(&[
         (vec!["render", &scene, &dry, &scene], "expected a name that ends in .wav"),
         (vec!["render", &scene, &dry, &sounds], "dry.mp3: expected a name that ends in .wav"),
-        (vec!["bake", "less", &scene, "-o", &scene, "--taps", "4"], "a file that is not read as well"),
-        (vec!["bake", "less", &scene, "-o", &other, "--taps", "4"], "room.wav: expected a name that ends in .promenade"),
+        (vec!["bake", "less", &scene, "-o", &scene, "--within", "1"], "a file that is not read as well"),
+        (vec!["bake", "less", &scene, "-o", &other, "--within", "1"], "room.wav: expected a name that ends in .promenade"),
         (vec!["web", &scene, "--engine", &engine, "-o", &site], "expected a folder without a page, or with one of Promenade"),
     ]);
     assert_eq!(std::fs::read_to_string(place.text("site/index.html")).unwrap(), "<h1>My own page</h1>");
