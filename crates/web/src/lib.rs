@@ -12,11 +12,11 @@
 //! let mut engine = Engine::new(48_000.0);
 //! engine.load(&std::fs::read(file)?, LoadOptions::default())?;
 //!
-//! // The audio thread writes a block of the dry sound and reads the ears.
+//! // The audio thread writes a block of the dry sound and reads the ears; there are no further sounds.
 //! let mut heard = 0.0_f32;
 //! for _ in 0..40 {
 //!     engine.input(0)[..128].fill(0.5);
-//!     engine.process(1, 128);
+//!     engine.process(1, 0, 128);
 //!     heard = heard.max(engine.ear(0)[..128].iter().fold(0.0, |most, sample| most.max(sample.abs())));
 //! }
 //! assert!(heard > 0.0);
