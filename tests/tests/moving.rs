@@ -32,6 +32,7 @@ fn ramps<H: Host>(host: &mut H) -> Vec<Lane> {
     vec![lane("Yaw", &["-90 deg", "90 deg", "0 deg", "60 deg"]), lane("Listener Z", &["0", "1 m"])]
 }
 
+/// Offline: live, instances that play short blocks have their frames apart.
 fn turned<H: Host>(block: usize) -> [Vec<f32>; 2] {
     let mut host = H::open(Setup { block, offline: true, ..Setup::default() });
     let lanes = ramps(&mut host);

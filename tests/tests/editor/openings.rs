@@ -184,8 +184,13 @@ fn openings_at_mixed_scales_are_neither_blank_nor_cut<H: Host>() {
     let mut ends: Vec<f64> = Vec::new();
     for opening in 0..openings() {
         let scale = [1.0, 1.25, 1.5, 2.0][draw(3.99) as usize];
+        // A size is asked for at a scale: the other way it is that of the opening before.
         let mut steps = [EditorStep::Scale, EditorStep::Size, EditorStep::Parent];
-        steps.rotate_left(draw(2.99) as usize);
+        match draw(2.99) as usize {
+            0 => (),
+            1 => steps.swap(1, 2),
+            _ => steps.rotate_right(1),
+        }
         let mut pause = || std::thread::sleep(Duration::from_secs_f32(draw(0.2)));
         let how = Opening { window: screen.window(), scale, steps: &steps, pause: &mut pause };
         let size = editor(&mut host).open_by(how).expect("the editor opens");
