@@ -4,19 +4,17 @@
 //! None of this is real-time safe. Whatever takes long is given a closure that says whether its result is still wanted.
 //!
 //! ```
-//! use promenade_core::Scene;
-//! use promenade_judge::cost::tier_costs;
+//! use promenade_core::{Scene, Tier};
+//! use promenade_judge::cost::real_times;
 //! use promenade_judge::response_measures;
 //! use std::sync::Arc;
 //!
 //! let file = concat!(env!("CARGO_MANIFEST_DIR"), "/../../presets/scenes/iosr-room-a.promenade");
 //! let scene = Arc::new(Scene::from_bytes(&std::fs::read(file)?)?);
 //!
-//! // Processor seconds per second of sound, for each tier that the scene has.
-//! for cost in tier_costs(&scene, 48_000.0, 512, 0.1) {
-//!     println!("{}: {:.4}", cost.tier.name(), cost.real_time);
-//!     assert!(cost.real_time > 0.0);
-//! }
+//! // Processor seconds per second of sound.
+//! let costs = real_times(&[(scene, Tier::Standard.into())], 48_000.0, 512);
+//! assert!(costs[0] > Some(0.0));
 //! // The figures of a response, here of a click at both ears, which has no decay.
 //! let mut click = vec![0.0; 4_800];
 //! click[100] = 1.0;
