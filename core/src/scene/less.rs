@@ -1,8 +1,9 @@
 //! Scenes that hold less.
 
-use super::{Emission, ImageSources, Scene, SceneParts, Setting, TurningRoom};
+use super::{Emission, ImageSource, ImageSources, Scene, SceneParts, Setting, TurningRoom};
 use crate::number::single;
-use crate::{Basis, Field, LowRank, Rows, TransferShape};
+use crate::{Basis, Field, LowRank, NEAREST_M, Rows, TransferShape};
+use glam::Vec3;
 
 /// The most by which the late part rises when it begins earlier, dB.
 const MOST_RISE_DB: f32 = 60.0;
@@ -17,7 +18,7 @@ impl Scene {
         let Setting { taps, images: count, order, refresh, waves, decodes } = setting.of(self);
         let mut parts = if taps < self.parts().taps { with_taps(self.parts(), taps)? } else { self.parts().clone() };
         if let Some(images) = parts.images.as_mut().filter(|all| count < all.images.len()) {
-            *images = first_images(images, count);
+            *images = first_images(images, count, parts.start_pose.position);
         }
         if let Some(images) = parts.images.as_mut().filter(|images| order < images.head.order()) {
             images.head = images.head.in_order(order);
@@ -64,10 +65,24 @@ fn with_taps(parts: &SceneParts, taps: usize) -> Option<SceneParts> {
     Some(SceneParts { taps, field, room, measured, ..parts.clone() })
 }
 
-fn first_images(images: &ImageSources, count: usize) -> ImageSources {
+/// The first images only. Each of the others leaves its energy at a place to that of them whose sound is heard there at nearly
+/// the same time.
+fn first_images(images: &ImageSources, count: usize, at: Vec3) -> ImageSources {
     let seen = images.seen.chunks_exact(images.images.len()).flat_map(|place| &place[..count]).copied().collect();
     let turning = images.turning.clone().map(|room| TurningRoom { mirrors: room.mirrors[..count].to_vec(), ..room });
     let turns = |of: Emission| Emission { turns: of.turns[..count].to_vec(), ..of };
     let emission = images.emission.clone().map(turns);
-    ImageSources { images: images.images[..count].to_vec(), seen, turning, emission, ..images.clone() }
+    let distance = |image: &ImageSource| image.position.distance(at).max(NEAREST_M);
+    let seen_of = |i: usize| images.seen.iter().skip(i).step_by(images.images.len()).sum::<f32>().max(1e-3);
+    let (kept, rest) = images.images.split_at(count);
+    let mut first = kept.to_vec();
+    for (i, image) in rest.iter().enumerate() {
+        let apart = |kept: &ImageSource| (distance(kept) - distance(image)).abs();
+        let Some((nearest, _)) = kept.iter().enumerate().min_by(|a, b| apart(a.1).total_cmp(&apart(b.1))) else { continue };
+        let share = (distance(&kept[nearest]) / distance(image)).powi(2) * (seen_of(count + i) / seen_of(nearest)).min(1.0);
+        let add = |own: &mut f32, of: f32| *own = (*own * *own + share * of * of).sqrt();
+        first[nearest].gains.iter_mut().zip(image.gains).for_each(|(own, of)| add(own, of));
+        add(&mut first[nearest].gain_63, image.gain_63);
+    }
+    ImageSources { images: first, seen, turning, emission, ..images.clone() }
 }

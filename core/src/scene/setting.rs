@@ -57,62 +57,51 @@ impl Default for Setting {
     }
 }
 
-/// What renderings are told apart by.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Measure {
-    /// Interaural time difference of a listener who stands.
-    Itd,
-    /// Interaural level difference.
-    Ild,
-    /// Levels in critical bands.
-    Levels,
-    /// Reverberation time.
-    T20,
-    /// Early decay time.
-    Edt,
-    /// Clarity.
-    C50,
-    /// Coherence of the ears.
-    Coherence,
-    /// Levels in critical bands over 100 ms, of a listener who walks and turns.
-    MovingLevels,
-    /// Interaural level difference over 100 ms.
-    MovingIld,
-    /// Modulation of held tones while the head turns.
-    Modulation,
+/// Declares the measures, each with its name.
+macro_rules! measures {
+    ($($(#[$doc:meta])* $measure:ident = $name:literal,)*) => {
+        /// What renderings are told apart by.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+        pub enum Measure {
+            $($(#[$doc])* $measure,)*
+        }
+
+        impl Measure {
+            /// All of them.
+            pub const ALL: &[Self] = &[$(Self::$measure),*];
+
+            /// What it is called.
+            #[must_use]
+            pub fn name(self) -> &'static str {
+                match self {
+                    $(Self::$measure => $name,)*
+                }
+            }
+        }
+    };
 }
 
-impl Measure {
-    /// All of them.
-    pub const ALL: [Self; 10] = [
-        Self::Itd,
-        Self::Ild,
-        Self::Levels,
-        Self::T20,
-        Self::Edt,
-        Self::C50,
-        Self::Coherence,
-        Self::MovingLevels,
-        Self::MovingIld,
-        Self::Modulation,
-    ];
-
-    /// What it is called.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Itd => "ITD",
-            Self::Ild => "ILD",
-            Self::Levels => "levels",
-            Self::T20 => "T20",
-            Self::Edt => "EDT",
-            Self::C50 => "C50",
-            Self::Coherence => "coherence",
-            Self::MovingLevels => "moving levels",
-            Self::MovingIld => "moving ILD",
-            Self::Modulation => "modulation",
-        }
-    }
+measures! {
+    /// Interaural time difference of a listener who stands.
+    Itd = "ITD",
+    /// Interaural level difference.
+    Ild = "ILD",
+    /// Reverberation time.
+    T20 = "T20",
+    /// Early decay time.
+    Edt = "EDT",
+    /// Clarity.
+    C50 = "C50",
+    /// Coherence of the ears.
+    Coherence = "coherence",
+    /// Levels in critical bands.
+    Levels = "levels",
+    /// Levels in critical bands over 100 ms, of a listener who walks and turns.
+    MovingLevels = "moving levels",
+    /// Interaural level difference over 100 ms.
+    MovingIld = "moving ILD",
+    /// Modulation of held tones while the head turns.
+    Modulation = "modulation",
 }
 
 /// An error in differences that are just noticed, by the measure that has it.

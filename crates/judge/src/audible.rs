@@ -34,7 +34,7 @@ const OF_POSES: f64 = 0.9;
 /// Where the early part of a response ends, for coherence, seconds.
 const EARLY_S: f64 = 0.08;
 /// Longest response, as a share of the reverberation time and in seconds.
-const OF_DECAY: f64 = 0.7;
+const OF_DECAY: f64 = 0.5;
 const LONGEST_S: f64 = 2.0;
 /// Levels are heard over this time, seconds; way and turn last so long, and nothing is compared before its filters are settled.
 const WINDOW_S: f64 = 0.1;
@@ -220,9 +220,13 @@ impl Standing {
     }
 }
 
-/// Edges of critical bands up to a frequency, Hz, from 50 Hz on, after Traunmüller (1990): `z = 26.81 f / (1960 + f) - 0.53`.
+/// Edges of critical bands up to a frequency, Hz, from 75 Hz on, after Traunmüller (1990): `z = 26.81 f / (1960 + f) - 0.53`, and
+/// 1.22 times as much more from 20.1 on.
 fn critical_bands(top_hz: f64) -> Vec<(f64, f64)> {
-    let edge = |z: f64| 1960.0 * (z + 0.53) / (26.28 - z);
+    let edge = |bark: f64| {
+        let z = if bark > 20.1 { 20.1 + (bark - 20.1) / 1.22 } else { bark };
+        1960.0 * (z + 0.53) / (26.28 - z)
+    };
     let edges: Vec<f64> = (0..24).map(|z| edge(f64::from(z) + 0.25)).take_while(|hz| *hz <= top_hz).collect();
     edges.windows(2).map(|pair| (pair[0], pair[1])).collect()
 }
@@ -277,9 +281,10 @@ mod tests {
         let heard = |scene: &Arc<Scene>| Heard::of(scene, Quality::default(), &course, &|| true).unwrap();
         let less = |setting| Arc::new(scene.with_setting(setting).unwrap());
         let full = heard(&scene);
-        assert_eq!(heard(&scene).errors(&full), Measure::ALL.map(|measure| Audible { jnds: 0.0, measure }).to_vec());
+        let same: Vec<Audible> = Measure::ALL.iter().map(|measure| Audible { jnds: 0.0, measure: *measure }).collect();
+        assert_eq!(heard(&scene).errors(&full), same);
         let one = heard(&less(Setting { images: 1, ..Setting::ALL })).errors(&full);
-        assert!(figure(&one, Measure::C50) > 0.5 && figure(&one, Measure::Levels) > 0.5, "{one:?}");
+        assert!(figure(&one, Measure::T20) > 1.0 && figure(&one, Measure::Levels) > 0.5, "{one:?}");
         let slow = heard(&less(Setting { refresh: 4, ..Setting::ALL })).errors(&full);
         assert!(figure(&slow, Measure::C50) < 0.02 && figure(&slow, Measure::MovingLevels) > 0.01, "{slow:?}");
         assert_eq!(Heard::of(&scene, Quality::default(), &course, &|| false).err(), Some(JudgeError::Unwanted));
