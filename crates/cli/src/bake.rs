@@ -5,7 +5,7 @@ use crate::measure::words;
 use crate::{report, scene};
 use anyhow::{Context, Result};
 use promenade_baker::field::{FieldOptions, bake_cloud};
-use promenade_baker::trade::{STANDARD_JNDS, front, within};
+use promenade_baker::trade::{front, within};
 use promenade_baker::{BakeOptions, HoldOut, Levels, Side, bake_responses, read_head};
 use promenade_core::{Provenance, Scene};
 
@@ -83,9 +83,8 @@ fn field(args: &BakeFieldArgs) -> Result<()> {
 fn less(args: &BakeLessArgs) -> Result<()> {
     let name = args.scene.display();
     let scene = scene::read(&args.scene)?;
-    let limits = args.within.as_ref().map_or(&STANDARD_JNDS[..], std::slice::from_ref);
-    let points = front(&scene, limits, &|| true).with_context(|| format!("{name}: settings of it cannot be compared"))?;
     let limit = args.within.unwrap_or(0.0);
+    let points = front(&scene, limit, &|| true).with_context(|| format!("{name}: settings of it cannot be compared"))?;
     let found = || format!("none within {limit} JND");
     let point =
         within(&points, limit).with_context(|| format!("{name}: expected settings to choose from, found {}", found()))?;

@@ -24,7 +24,7 @@ fn a_setting_within_an_error_is_had_by_the_commands() {
     let chosen = front.iter().find(|setting| setting["name"] == trade["chosen"]).unwrap();
     assert!(number(chosen, "/error/jnd") <= 1.0 && number(chosen, "/operations") < 0.9, "{chosen}");
     // The scene of that setting.
-    let said = succeeds(&["bake", "less", ROOM, "--within", "1", "-o", &less]).0;
+    let said = succeeds(&["bake", "less", ROOM, "--within", "1", "-o", &less]).1;
     assert!(said.contains(chosen["name"].as_str().unwrap()), "{said}");
     assert!(succeeds(&["inspect", &less]).0.contains("reduced from a scene made by: promenade bake responses"));
     // The player finds it too, and a file that carries its front says it at once.

@@ -13,7 +13,7 @@ pub use crate::audible::{JND_DB, JND_DECAY, JND_ITD_S, errors_to_measurements, l
 /// Differences in just noticed ones that fronts are made for.
 pub const STANDARD_JNDS: [f32; 4] = [0.25, 0.5, 1.0, 2.0];
 /// Poses at which settings are compared, and the course's seed.
-const POSES: usize = 12;
+const POSES: usize = 20;
 const SEED: u64 = 1;
 const OTHER_WAYS: usize = 3;
 /// Rate at which operations are counted, Hz.
@@ -22,6 +22,8 @@ const RATE_HZ: f64 = 48_000.0;
 const SHARES: [f64; 8] = [0.92, 0.83, 0.7, 0.55, 0.4, 0.28, 0.18, 0.1];
 /// Decodes a second that are tried.
 const DECODES: [usize; 4] = [30, 20, 10, 5];
+/// Exchanges of one lever for another that are tried at a time.
+const MOST_SWAPS: usize = 10;
 /// What a step adds to the error at least, so that free ones are compared by what they save.
 const LEAST_JNDS: f32 = 0.01;
 
@@ -79,7 +81,7 @@ pub fn usual(scene: &Scene) -> Quality {
 }
 
 /// The front of a scene: settings of which none costs no more than another and errs no more, all of the scene first. For each
-/// of some errors there is one that stays within it, if any does. Costs are counts of operations, so that a scene has one front
+/// of [`STANDARD_JNDS`], and for one more error, there is one that stays within it, if any does. Costs are counts of operations, so that a scene has one front
 /// on all machines.
 ///
 /// From all of the scene on, each step is the one that saves most for the error that it adds, by what each step does alone; how
@@ -87,11 +89,11 @@ pub fn usual(scene: &Scene) -> Quality {
 ///
 /// # Errors
 /// The result is no longer wanted, or what is heard cannot be compared.
-pub fn front(scene: &Arc<Scene>, within: &[f32], wanted: &(dyn Fn() -> bool + Sync)) -> Result<Vec<FrontPoint>, JudgeError> {
+pub fn front(scene: &Arc<Scene>, within: f32, wanted: &(dyn Fn() -> bool + Sync)) -> Result<Vec<FrontPoint>, JudgeError> {
     let mut search = Search::new(scene, wanted)?;
     let path = search.path()?;
-    for limit in within {
-        search.along(&path, *limit)?;
+    for limit in STANDARD_JNDS.into_iter().chain([within]) {
+        search.along(&path, limit)?;
     }
     Ok(search.points())
 }
@@ -137,7 +139,7 @@ pub fn scene_within(
     wanted: &(dyn Fn() -> bool + Sync),
 ) -> Result<(Arc<Scene>, FrontPoint), JudgeError> {
     let own = &scene.parts().front;
-    let found = if own.is_empty() { front(scene, &[jnds], wanted)? } else { own.clone() };
+    let found = if own.is_empty() { front(scene, jnds, wanted)? } else { own.clone() };
     let all = FrontPoint { setting: Setting::ALL.of(scene), error: largest(&[]), cost: 1.0 };
     let point = *within(&found, jnds).unwrap_or(&all);
     let kept = scene.with_setting(point.setting).map_or_else(|| Arc::clone(scene), Arc::new);
@@ -225,16 +227,44 @@ impl<'a> Search<'a> {
         self.measured.get(&setting).map_or((f64::INFINITY, largest(&[])), |(cost, errors)| (*cost, largest(errors)))
     }
 
+    /// What steps save of the operations, as the levers have it one by one.
+    fn saved(&self, steps: &Steps) -> f64 {
+        let cost = |setting: Setting| self.found(setting).0;
+        self.levers.iter().zip(steps).map(|(lever, step)| cost(lever[0]) - cost(lever[*step])).sum()
+    }
+
+    /// Steps that pull one lever further, and those that let go of another for it and still save, the most saving ones.
+    fn next_to(&self, here: &Steps) -> [Vec<Steps>; 2] {
+        let further = (0..here.len()).filter(|lever| here[*lever] + 1 < self.levers[*lever].len());
+        let pulled: Vec<Steps> = further
+            .map(|lever| {
+                let mut steps = here.clone();
+                steps[lever] += 1;
+                steps
+            })
+            .collect();
+        let let_go = |steps: &Steps| -> Vec<Steps> {
+            let others = (0..here.len()).filter(|lever| steps[*lever] == here[*lever] && here[*lever] > 0);
+            let back = |lever: usize| [1, 2, here[lever]].map(|by| (lever, here[lever].saturating_sub(by)));
+            let to = |(lever, step): (usize, usize)| {
+                let mut steps = steps.clone();
+                steps[lever] = step;
+                steps
+            };
+            others.flat_map(back).map(to).collect()
+        };
+        let mut swapped: Vec<Steps> = pulled.iter().flat_map(let_go).filter(|s| self.saved(s) > self.saved(here)).collect();
+        swapped.sort_by(|a, b| self.saved(b).total_cmp(&self.saved(a)));
+        swapped.dedup();
+        swapped.truncate(MOST_SWAPS);
+        [pulled, swapped]
+    }
+
     /// From all of the scene to the least of it: at each step the one that saves most for what it adds to the error, as the
     /// levers have it one by one.
     fn path(&mut self) -> Result<Vec<Steps>, JudgeError> {
         let alone: Vec<Setting> = self.levers.concat();
         self.measure(&alone)?;
-        let full_cost = self.found(self.all()).0;
-        let saved = |steps: &Steps| -> f64 {
-            let each = self.levers.iter().zip(steps).map(|(lever, step)| full_cost - self.found(lever[*step]).0);
-            each.sum()
-        };
         let error = |steps: &Steps| -> f32 {
             let of = |measure: Measure| -> f32 {
                 let each = self.levers.iter().zip(steps).map(|(lever, step)| &self.measured[&lever[*step]].1);
@@ -244,9 +274,9 @@ impl<'a> Search<'a> {
         };
         let mut path = vec![vec![0; self.levers.len()]];
         while let Some(here) = path.last().cloned() {
-            let (here_saved, here_error) = (saved(&here), error(&here));
+            let (here_saved, here_error) = (self.saved(&here), error(&here));
             let worth = |steps: &Steps| {
-                let gain = saved(steps) - here_saved;
+                let gain = self.saved(steps) - here_saved;
                 gain / f64::from((error(steps) - here_error).max(LEAST_JNDS))
             };
             let next = (0..self.levers.len())
@@ -256,7 +286,7 @@ impl<'a> Search<'a> {
                     steps[lever] = step;
                     steps
                 })
-                .filter(|steps| saved(steps) > here_saved)
+                .filter(|steps| self.saved(steps) > here_saved)
                 .max_by(|a, b| worth(a).total_cmp(&worth(b)));
             match next {
                 Some(next) => path.push(next),
@@ -266,7 +296,7 @@ impl<'a> Search<'a> {
         Ok(path)
     }
 
-    /// Goes as far along a path as an error allows, and from there by single steps as far as that is possible.
+    /// Goes as far along a path as an error allows, and from there by single steps and exchanges as far as that is possible.
     fn along(&mut self, path: &[Steps], limit: f32) -> Result<(), JudgeError> {
         let (mut low, mut high) = (0, path.len());
         while high - low > 1 {
@@ -283,27 +313,22 @@ impl<'a> Search<'a> {
             }
         }
         let mut here = path[low].clone();
-        loop {
-            let next: Vec<Steps> = (0..self.levers.len())
-                .filter(|lever| here[*lever] + 1 < self.levers[*lever].len())
-                .map(|lever| {
-                    let mut steps = here.clone();
-                    steps[lever] += 1;
-                    steps
-                })
-                .collect();
-            let settings: Vec<Setting> = next.iter().map(|steps| self.setting(steps)).collect();
-            self.measure(&settings)?;
-            let cost = self.found(self.setting(&here)).0;
-            let fits = |setting: &Setting| {
-                let (its, error) = self.found(*setting);
-                error.jnds <= limit && its < cost
-            };
-            let best = next.into_iter().zip(settings).filter(|(_, setting)| fits(setting));
-            match best.min_by(|(_, a), (_, b)| self.found(*a).0.total_cmp(&self.found(*b).0)) {
-                Some((steps, _)) => here = steps,
-                None => return Ok(()),
+        'further: loop {
+            for next in self.next_to(&here) {
+                let settings: Vec<Setting> = next.iter().map(|steps| self.setting(steps)).collect();
+                self.measure(&settings)?;
+                let cost = self.found(self.setting(&here)).0;
+                let fits = |setting: &Setting| {
+                    let (its, error) = self.found(*setting);
+                    error.jnds <= limit && its < cost
+                };
+                let best = next.into_iter().zip(settings).filter(|(_, setting)| fits(setting));
+                if let Some((steps, _)) = best.min_by(|(_, a), (_, b)| self.found(*a).0.total_cmp(&self.found(*b).0)) {
+                    here = steps;
+                    continue 'further;
+                }
             }
+            return Ok(());
         }
     }
 
@@ -348,10 +373,10 @@ mod tests {
     #[test]
     fn a_front_falls_and_has_what_is_asked_for_within_its_error() {
         let scene = room_with_images(8_000.0, 0.2, 0.05, 20);
-        let points = front(&scene, &STANDARD_JNDS, &|| true).unwrap();
+        let points = front(&scene, 1.0, &|| true).unwrap();
         assert_eq!(points[0].error.jnds, 0.0);
         assert!(points.windows(2).all(|p| p[0].cost > p[1].cost && p[0].error.jnds < p[1].error.jnds), "{points:?}");
-        assert_eq!(points, front(&scene, &STANDARD_JNDS, &|| true).unwrap(), "another front of the same scene");
+        assert_eq!(points, front(&scene, 1.0, &|| true).unwrap(), "another front of the same scene");
         let costs = STANDARD_JNDS.map(|jnds| within(&points, jnds).unwrap().cost);
         assert!(costs.windows(2).all(|pair| pair[1] <= pair[0]) && costs[3] < 0.9, "{costs:?}");
         // What a file carries is taken as it is.
@@ -361,6 +386,6 @@ mod tests {
         let (kept, point) = scene_within(&carrying, 1.0, &|| false).unwrap();
         assert_eq!(Some(&point), within(&points, 1.0));
         assert_eq!(point.setting, Setting::ALL.of(&kept));
-        assert_eq!(front(&scene, &[1.0], &|| false), Err(JudgeError::Unwanted));
+        assert_eq!(front(&scene, 1.0, &|| false), Err(JudgeError::Unwanted));
     }
 }

@@ -26,6 +26,8 @@ pub(super) fn show(ui: &mut Ui, ctx: &mut Ctx<'_>) {
     }
     let rate_hz = ctx.instance.loader.sample_rate_hz();
     let keeps = |latency: Latency| Some(latency.played_by(scene?, rate_hz?) != latency);
+    heading(ui, ctx.palette, Word::Of(Parameter::Accuracy));
+    choice(ui, ctx, Parameter::Accuracy, |_| None);
     heading(ui, ctx.palette, Word::Of(Parameter::Latency));
     choice(ui, ctx, Parameter::Latency, |index| {
         let keeps = keeps(LatencyChoice::from_index(index).into()).unwrap_or(false);

@@ -2,6 +2,7 @@
 
 use nice_plug::prelude::Enum;
 use promenade_core::{Latency, Tier};
+use promenade_judge::trade::STANDARD_JNDS;
 
 /// Ids, names and meanings of a choice's variants, in the order of their indices.
 #[derive(Clone, Copy, Debug)]
@@ -113,6 +114,20 @@ choices! {
         None = "none", "None", "Nothing is reported and the dry sound comes at once; the room's is a millisecond later";
     }
 
+    /// How near to all of the scene it stays.
+    Accuracy: AccuracyChoice {
+        /// All of it.
+        All = "all", "All", "All of the scene";
+        /// Within a quarter of a just noticeable difference.
+        Quarter = "0.25", "0.25 JND", "As much as stays within a quarter of what is just noticed: for mixing";
+        /// Within half of one.
+        Half = "0.5", "0.5 JND", "As much as stays within half of what is just noticed";
+        /// Within one.
+        One = "1", "1 JND", "As much as stays within what is just noticed";
+        /// Within two.
+        Two = "2", "2 JND", "As much as stays within twice of what is just noticed: for many tracks";
+    }
+
     /// Where the scene comes from.
     Scene: SceneChoice {
         /// The factory scene of room A.
@@ -128,6 +143,14 @@ impl GroupChoice {
     /// Index of the group in the process, from 0; `None` without a group.
     pub fn number(self) -> Option<usize> {
         (self as usize).checked_sub(1)
+    }
+}
+
+impl AccuracyChoice {
+    /// The most that it may be off, in differences that are just noticed; `None` where all of the scene is played.
+    #[must_use]
+    pub fn jnds(self) -> Option<f32> {
+        (self as usize).checked_sub(1).map(|index| STANDARD_JNDS[index])
     }
 }
 
@@ -153,6 +176,14 @@ mod tests {
         for (index, latency) in Latency::ALL.into_iter().enumerate() {
             assert_eq!(Latency::from(LatencyChoice::from_index(index)), latency);
         }
+    }
+
+    #[test]
+    fn the_ids_of_accuracies_are_their_numbers() {
+        let found = (0..5).map(|index| AccuracyChoice::from_index(index).jnds()).collect::<Vec<_>>();
+        let named = AccuracyChoice::ids().unwrap().iter().map(|id| id.parse().ok()).collect::<Vec<Option<f32>>>();
+        assert_eq!(found, named);
+        assert_eq!(found[1..], STANDARD_JNDS.map(Some));
     }
 
     #[test]

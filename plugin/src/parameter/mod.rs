@@ -176,6 +176,9 @@ parameters! {
         Latency = SOUND, "latency", "Latency", Values::Choice(Choice::Latency), 0.0, "Latency",
             "How much later the sound comes out than it went in; hosts that make up for it start anew after a change. \
              Presets and undo leave it as it is";
+        /// How near to all of the scene it stays: [`choices::AccuracyChoice`].
+        Accuracy = SOUND, "accuracy", "Accuracy", Values::Choice(Choice::Accuracy), 0.0, "Accuracy",
+            "How near to all of the scene it stays, in just noticeable differences (JND): the less, the less work";
         |
         /// Of a further source; only instances of many sources have those.
         Source(SourceKnob) = SourceKnob::row

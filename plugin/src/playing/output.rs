@@ -87,9 +87,10 @@ impl Output {
     }
 }
 
-/// What renders a scene, one for each pair of output channels. It moves without an allocation.
+/// What renders a scene, one for each pair of output channels, and whether it is faded in when its room sounds. It moves
+/// without an allocation.
 #[derive(Default)]
-pub struct Pairs([Option<Box<Emitters>>; MOST_PAIRS]);
+pub struct Pairs([Option<Box<Emitters>>; MOST_PAIRS], bool);
 
 impl Pairs {
     /// Begins to play them in the place of others, if as many spatializers take them.
@@ -104,7 +105,8 @@ impl Pairs {
             return Err(self);
         }
         for (place, spatializer) in self.0.iter_mut().zip(spatializers) {
-            *place = place.take().and_then(|emitters| spatializer.swap_in(emitters).err());
+            let swap = if self.1 { Spatializer::swap_in_sounding } else { Spatializer::swap_in };
+            *place = place.take().and_then(|emitters| swap(spatializer, emitters).err());
         }
         if self.count() == 0 { Ok(()) } else { Err(self) }
     }
@@ -117,6 +119,11 @@ impl Pairs {
         for (emitters, spatializer) in self.0.into_iter().flatten().zip(spatializers) {
             spatializer.install(emitters);
         }
+    }
+
+    /// Lets them be faded in when their room sounds: they are another setting of the place that is played.
+    pub fn fade_in_sounding(&mut self) {
+        self.1 = true;
     }
 
     /// How many there are.

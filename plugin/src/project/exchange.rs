@@ -2,7 +2,7 @@
 
 use super::{file_wish::FileWish, params::PromenadeParams, persisted::Report, scene_frame::SceneFrame};
 use crate::parameter::Parameter;
-use crate::parameter::choices::{LatencyChoice, SceneChoice};
+use crate::parameter::choices::{AccuracyChoice, LatencyChoice, SceneChoice};
 use crate::worker::flag::Flag;
 use nice_plug::prelude::Enum;
 use std::sync::Mutex;
@@ -49,6 +49,8 @@ pub struct Choices {
     pub stereo: bool,
     /// How late the sound is.
     pub latency: LatencyChoice,
+    /// How near to all of the scene it stays.
+    pub accuracy: AccuracyChoice,
     /// How often a head has been asked for.
     pub heads: u32,
     /// How often headphones have been asked for.
@@ -72,6 +74,7 @@ impl Exchange {
             walk_slot: slot(Parameter::Walk),
             stereo: params.heard(Parameter::Spread) > 0.0,
             latency: LatencyChoice::from_index(params.index(Parameter::Latency)),
+            accuracy: AccuracyChoice::from_index(params.index(Parameter::Accuracy)),
             heads: self.head_wish.asked(),
             headphones: self.headphones_wish.asked(),
             rooms: params.room.changes(),

@@ -2,7 +2,7 @@
 
 use crate::parameter::Parameter;
 use crate::parameter::choices::{
-    Choice, Follow as FollowChoice, GroupChoice, LatencyChoice, PlaceChoice, SceneChoice, TierChoice,
+    AccuracyChoice, Choice, Follow as FollowChoice, GroupChoice, LatencyChoice, PlaceChoice, SceneChoice, TierChoice,
     Tracking as TrackingChoice,
 };
 use crate::parameter::row::{SLOTS, Unit, Values};
@@ -22,6 +22,7 @@ pub(crate) enum Hosted {
     Group(EnumParam<GroupChoice>),
     Tier(EnumParam<TierChoice>),
     Latency(EnumParam<LatencyChoice>),
+    Accuracy(EnumParam<AccuracyChoice>),
     Scene(EnumParam<SceneChoice>),
 }
 
@@ -38,6 +39,7 @@ macro_rules! with_param {
             Self::Group($param) => $body,
             Self::Tier($param) => $body,
             Self::Latency($param) => $body,
+            Self::Accuracy($param) => $body,
             Self::Scene($param) => $body,
         }
     };
@@ -79,6 +81,7 @@ impl Hosted {
             Values::Choice(Choice::Group) => Self::Group(choice(row.name, default)),
             Values::Choice(Choice::Tier) => Self::Tier(choice(row.name, default)),
             Values::Choice(Choice::Latency) => Self::Latency(choice(row.name, default)),
+            Values::Choice(Choice::Accuracy) => Self::Accuracy(choice(row.name, default)),
             Values::Choice(Choice::Scene) => Self::Scene(choice(row.name, default)),
         }
     }

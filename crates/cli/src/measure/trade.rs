@@ -6,7 +6,7 @@ use crate::{plot, report};
 use anyhow::{Context, Result, bail};
 use promenade_baker::atomic;
 use promenade_baker::cost::real_times;
-use promenade_baker::trade::{STANDARD_JNDS, elsewhere, errors_to_measurements, front, largest, usual, within};
+use promenade_baker::trade::{elsewhere, errors_to_measurements, front, largest, usual, within};
 use promenade_core::{Audible, FrontPoint, Scene, Setting};
 use serde_json::{Value, json};
 use std::path::Path;
@@ -23,8 +23,7 @@ struct Row {
 }
 
 pub(super) fn run(of: &Arc<Scene>, path: &Path, args: &MeasureArgs) -> Result<()> {
-    let limits = [&STANDARD_JNDS[..], &[args.within]].concat();
-    let points = front(of, &limits, &|| true).with_context(|| path.display().to_string())?;
+    let points = front(of, args.within, &|| true).with_context(|| path.display().to_string())?;
     let chosen = within(&points, args.within).copied();
     let rows = rows(of, &points, args)?;
     if let Some(file) = &args.plot {

@@ -4,7 +4,7 @@ use super::{Loader, Prepared, chooses_a_file};
 use crate::library::factory::{self, FactoryScene};
 use crate::library::{self, LoadError, LoadedScene, cache, drawn_room::DrawnRoom, level, scene_key::SceneKey};
 use crate::parameter::cast::{index, narrow};
-use crate::parameter::choices::{LatencyChoice, SceneChoice};
+use crate::parameter::choices::{AccuracyChoice, LatencyChoice, SceneChoice};
 use crate::parameter::row::SlotKind;
 use crate::playing::output::{Output, Pairs};
 use crate::playing::{shared_worker::SharedWorker, start_pose};
@@ -35,6 +35,7 @@ pub(super) struct SceneRequest {
     stereo: bool,
     output: Output,
     latency: LatencyChoice,
+    accuracy: AccuracyChoice,
     sample_rate_bits: u64,
     /// Whether instances render their frames in blocks of their own.
     is_staggered: bool,
@@ -95,7 +96,12 @@ impl Loader {
                 return;
             }
             let before = self.scene();
-            let made = self.made(&request);
+            let mut made = self.made(&request);
+            // Another setting of what is played is faded in when its room sounds as well.
+            let is_setting = |last: &Served| SceneRequest { accuracy: request.accuracy, ..last.request.clone() } == request;
+            if let (Prepared::Scene(pairs), true) = (&mut made.prepared, last.as_ref().is_some_and(is_setting)) {
+                pairs.fade_in_sounding();
+            }
             // A state that was restored meanwhile wants another scene: begin again.
             if self.params.scene_key.replace(made.key.clone(), restores) {
                 self.report(&made);
@@ -119,7 +125,7 @@ impl Loader {
     fn scene_request(&self, last: Option<&Served>) -> (SceneRequest, u64) {
         let (saved, restores) = self.params.scene_key.get();
         let sample_rate_bits = self.sample_rate_bits.load(Ordering::Acquire);
-        let Choices { scene, scene_slot, stereo, latency, .. } = self.choices();
+        let Choices { scene, scene_slot, stereo, latency, accuracy, .. } = self.choices();
         let stereo = stereo || last.is_some_and(|last| last.request.stereo);
         // A factory scene does not depend on the slot.
         let slot = if scene == SceneChoice::Library { scene_slot } else { 0 };
@@ -130,8 +136,20 @@ impl Loader {
         let matching = self.params.matching.get().0;
         let live_block = f64::from(self.live_block.load(Ordering::Acquire));
         let is_staggered = live_block > 0.0 && live_block < HOP_S * f64::from_bits(sample_rate_bits);
-        let request =
-            SceneRequest { scene, slot, saved, room, head, matching, stereo, output, latency, sample_rate_bits, is_staggered };
+        let request = SceneRequest {
+            scene,
+            slot,
+            saved,
+            room,
+            head,
+            matching,
+            stereo,
+            output,
+            latency,
+            accuracy,
+            sample_rate_bits,
+            is_staggered,
+        };
         (request, restores)
     }
 
@@ -159,11 +177,13 @@ impl Loader {
     fn pairs(&self, found: &Found, request: &SceneRequest) -> Result<Pairs, LoadError> {
         let gain = request.matching.gain(found.level_cb);
         let emitters = |scene: &Arc<Scene>| Ok::<_, LoadError>(self.emitters(scene, request)?.with_level(gain));
+        let near = request.accuracy.jnds().map(|jnds| cache::within(&found.scene, jnds));
+        let played = near.transpose().map_err(Fault::of)?.unwrap_or_else(|| Arc::clone(&found.scene));
         match request.output {
-            Output::Binaural => Ok(Pairs::from_iter([emitters(&found.scene)?])),
+            Output::Binaural => Ok(Pairs::from_iter([emitters(&played)?])),
             Output::Ambisonic(_) => {
                 let no_field = |error| Fault::because("the track's output is Ambisonic", error);
-                let pair = |pair| emitters(&cache::ambisonic(&found.scene, pair).map_err(no_field)?);
+                let pair = |pair| emitters(&cache::ambisonic(&played, pair).map_err(no_field)?);
                 (0..request.output.pairs()).map(pair).collect()
             }
         }
@@ -194,7 +214,7 @@ impl Loader {
         }
         current.level_cb = level_cb;
         current.scene = scene.as_ref().map_or_else(Weak::new, Arc::downgrade);
-        current.held = scene.filter(|_| request.output != Output::Binaural);
+        current.held = scene.filter(|_| request.output != Output::Binaural || request.accuracy != AccuracyChoice::All);
         drop(current);
         drop(self.scenes.force_push(prepared));
         self.repaint.request_repaint();
