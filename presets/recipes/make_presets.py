@@ -132,8 +132,8 @@ def make(template):
     (count,) = struct.unpack_from("<i", template, list_at + 4)
     parts = (struct.unpack_from("<4sqq", template, list_at + 8 + 20 * n) for n in range(count))
     state = next(json.loads(template[at:at + length]) for key, at, length in parts if key == b"Comp")
-    # Headphones belong to the listener, budget and accuracy to the machine, the latency to the work, and the rest to the project: a preset leaves them
-    # as they are.
+    # Headphones belong to the listener, budget and accuracy to the machine, the latency to the work, and the rest to the project: a preset
+    # leaves them as they are.
     for field in ("headphones", "budget", "walks", "slots", "project", "leader", "sources"):
         state["fields"].pop(field, None)
     del state["params"]["latency"], state["params"]["accuracy"]
