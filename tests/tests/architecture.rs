@@ -45,7 +45,7 @@ fn the_crates_depend_on_each_other_as_they_are_drawn() {
         ("promenade-room", &["acoustics", "core", "fault", "fourier", "metrics"]),
         ("promenade-fourier", &[]),
         ("promenade-audio", &["fault"]),
-        ("promenade-study", &["audio", "core", "fault", "fourier", "metrics", "paths", "player", "sofa", "web"]),
+        ("promenade-study", &["audio", "core", "fault", "fourier", "judge", "metrics", "paths", "player", "sofa", "web"]),
         ("promenade-player", &["audio", "core", "fault", "fourier", "judge", "metrics", "paths", "sofa"]),
         ("promenade-metrics", &["fourier"]),
         ("promenade-judge", &["core", "fault", "fourier", "metrics"]),
