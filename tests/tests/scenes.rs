@@ -11,6 +11,7 @@ in_both_formats!(
     parameters_and_camera_paths_have_the_same_units,
     the_transport_walks_the_camera_path,
     a_transport_that_is_located_jumps,
+    a_bounce_is_of_all_of_a_scene,
     a_transport_without_a_tempo_walks_the_same,
     what_is_no_number_does_not_stay,
 );
@@ -139,9 +140,20 @@ fn the_transport_walks_the_camera_path<H: Host>() {
     assert!(difference_db(&walking, &turned::<H>(90.0)) > -60.0, "the listener jumps to the end");
 }
 
+fn a_bounce_is_of_all_of_a_scene<H: Host>() {
+    let signal = noise(9_600);
+    let [all, less] = [0.0, 1.0].map(|accuracy| {
+        let mut host = H::open(Setup { offline: true, ..Setup::default() });
+        host.set("accuracy", accuracy);
+        render(&mut host, &[&signal, &signal], &[480]);
+        render(&mut host, &[&signal, &signal], &[480])
+    });
+    assert!(peak(&all[0]) > 0.01 && all == less);
+}
+
 fn a_transport_that_is_located_jumps<H: Host>() {
     // After the latency, samples.
-    const SOUNDS_ON: usize = 4_800;
+    const SOUNDS_ON: usize = 14_400;
     // Without a room, so that nothing but the frame and the bass's crossover sounds on.
     let draft = || {
         let mut host = turning::<H>();
@@ -149,7 +161,7 @@ fn a_transport_that_is_located_jumps<H: Host>() {
         host.set("follow", 1.0);
         host
     };
-    let signal = noise(9600);
+    let signal = noise(24_000);
     let block = 480;
     let located = |to_s: f64| {
         let mut host = draft();

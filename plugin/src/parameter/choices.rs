@@ -117,7 +117,7 @@ choices! {
     /// How near to all of the scene it stays.
     Accuracy: AccuracyChoice {
         /// All of it.
-        All = "all", "All", "All of the scene";
+        All = "all", "All", "Everything that the scene holds, as bounces always have it";
         /// Within a quarter of a just noticeable difference.
         Quarter = "0.25", "0.25 JND", "As much as stays within a quarter of what is just noticed: for mixing";
         /// Within half of one.

@@ -135,6 +135,8 @@ impl Loader {
         let output = self.output();
         let matching = self.params.matching.get().0;
         let live_block = f64::from(self.live_block.load(Ordering::Acquire));
+        // Bounces are of all of a scene.
+        let accuracy = if live_block > 0.0 { accuracy } else { AccuracyChoice::All };
         let is_staggered = live_block > 0.0 && live_block < HOP_S * f64::from_bits(sample_rate_bits);
         let request = SceneRequest {
             scene,
