@@ -153,15 +153,15 @@ fn a_bounce_is_of_all_of_a_scene<H: Host>() {
 
 fn a_transport_that_is_located_jumps<H: Host>() {
     // After the latency, samples.
-    const SOUNDS_ON: usize = 14_400;
-    // Without a room, so that nothing but the frame and the bass's crossover sounds on.
+    const SOUNDS_ON: usize = 57_600;
+    // Without a room, of which the waves of the bass sound on nevertheless.
     let draft = || {
         let mut host = turning::<H>();
         host.set("tier", 0.0);
         host.set("follow", 1.0);
         host
     };
-    let signal = noise(24_000);
+    let signal = noise(72_000);
     let block = 480;
     let located = |to_s: f64| {
         let mut host = draft();

@@ -289,8 +289,8 @@ mod needs_screen {
     fn a_file_that_is_typed_becomes_the_path_of_the_source_and_is_let_go_again() {
         // The keys of v.csv and Enter, the field below the offset, and the button below that.
         const KEYS: [u8; 6] = [55, 60, 54, 39, 55, 36];
-        const FIELD: (i16, i16) = (1040, 438);
-        const NO_PATH: (i16, i16) = (998, 466);
+        const FIELD: (i16, i16) = (1040, 466);
+        const NO_PATH: (i16, i16) = (998, 494);
         let rows = "t,x,y,z,yaw,pitch,roll\n0,1,2,0,0,0,0\n1,-1,2,0,0,0,0\n";
         in_library(
             |folder| {

@@ -63,7 +63,7 @@ pub fn running_itd_s<T: Copy + Into<f64>>([left, right]: [&[T]; 2], sample_rate_
     Some((best as f64 + part) / sample_rate_hz)
 }
 
-/// Interaural cross-correlation coefficient, 0 to 1: the maximum within 1 ms of the ears' cross-correlation over the root of the
+/// Interaural cross-correlation coefficient, 0 to 1: the maximum within 1 ms of the cross-correlation over the root of the
 /// product of their energies (ISO 3382-1:2009, annex B). `None` where an ear is silent.
 #[must_use]
 pub fn interaural_coherence([left, right]: [&[f32]; 2], sample_rate_hz: f64) -> Option<f64> {

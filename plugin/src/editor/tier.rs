@@ -26,13 +26,13 @@ pub(super) fn show(ui: &mut Ui, ctx: &mut Ctx<'_>) {
     }
     let rate_hz = ctx.instance.loader.sample_rate_hz();
     let keeps = |latency: Latency| Some(latency.played_by(scene?, rate_hz?) != latency);
-    heading(ui, ctx.palette, Word::Of(Parameter::Accuracy));
-    choice(ui, ctx, Parameter::Accuracy, |_| None);
     heading(ui, ctx.palette, Word::Of(Parameter::Latency));
     choice(ui, ctx, Parameter::Latency, |index| {
         let keeps = keeps(LatencyChoice::from_index(index).into()).unwrap_or(false);
         keeps.then_some("this scene is played in frames alone: its filters are too short, or no multiple of its hop")
     });
+    heading(ui, ctx.palette, Word::Of(Parameter::Accuracy));
+    choice(ui, ctx, Parameter::Accuracy, |_| None);
 }
 
 /// Room for a tier's cost and for its error, points.

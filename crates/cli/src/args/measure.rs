@@ -24,7 +24,7 @@ pub(crate) struct MeasureArgs {
     /// Dry mono sound (WAV) that an anchor cloud's streams are compared on; without it, noise bursts and tone clicks
     #[arg(long, value_name = "FILE", conflicts_with = "response")]
     pub(crate) input: Option<PathBuf>,
-    /// Poses that an anchor cloud's streams are compared at, the start pose and random ones; without it, 6. With --trade, others
+    /// Poses that an anchor cloud's streams are compared at, the start pose and random ones; without it 6. With --trade, others
     /// at which settings are compared too
     #[arg(long, value_name = "N", conflicts_with = "response", value_parser = clap::value_parser!(u32).range(1..=1000))]
     pub(crate) poses: Option<u32>,
