@@ -81,8 +81,8 @@ pub fn usual(scene: &Scene) -> Quality {
 }
 
 /// The front of a scene: settings of which none costs no more than another and errs no more, all of the scene first. For each
-/// of [`STANDARD_JNDS`], and for one more error, there is one that stays within it, if any does. Costs are counts of operations, so that a scene has one front
-/// on all machines.
+/// of [`STANDARD_JNDS`], and for one more error, there is one that stays within it, if any does. Costs are counts of
+/// operations, so that a scene has one front on all machines.
 ///
 /// From all of the scene on, each step is the one that saves most for the error that it adds, by what each step does alone; how
 /// far one may go is measured with all steps together.

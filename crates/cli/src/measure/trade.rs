@@ -135,7 +135,9 @@ fn as_json(rows: &[Row], of: &Scene, chosen: Option<&FrontPoint>, path: &Path, a
         let Setting { taps, images, order, refresh, waves, decodes } = row.point.setting;
         json!({
             "name": words(row.point.setting, of),
-            "setting": { "taps": taps, "images": images, "order": order, "refresh": refresh, "waves": waves, "decodes": decodes },
+            "setting": {
+                "taps": taps, "images": images, "order": order, "refresh": refresh, "waves": waves, "decodes": decodes,
+            },
             "operations": row.point.cost,
             "real_time": row.real_time,
             "memory_bytes": row.memory_bytes,
