@@ -55,8 +55,8 @@ fn on_paths<H: Host>(mut host: H) -> H {
     host
 }
 
-/// The time at which a block begins as a host of a format tells it, of the time that it is: the CLAP's counts in steps of half a
-/// nanosecond, and what comes of that in places of single precision is 96 dB below the sound.
+/// The time at which a block begins as a host of a format tells it, of the time that it is: the CLAP's counts in steps of half
+/// a nanosecond, and what comes of that in places of single precision is 96 dB below the sound.
 fn told(format: Format, t_s: f64) -> f64 {
     match format {
         Format::Clap => (t_s * 2_f64.powi(31)).round() / 2_f64.powi(31),

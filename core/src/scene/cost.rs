@@ -178,8 +178,8 @@ impl Cost {
 
 /// What each operation takes of a processor, nanoseconds (AMD EPYC with AVX2: least squares over times of settings of four
 /// scenes, 6 % off): a point of a transform of frames, with all that is done to a bin whatever a scene holds; a bin of a tap,
-/// applied and brought to a pose, of noise and of responses; a sample of an image, and of each channel that it is heard in; a point
-/// of a transform of channels; a sample of the waves' bass and of its responses; a multiplication of a network.
+/// applied and brought to a pose, of noise and of responses; a sample of an image, and of each channel that it is heard in; a
+/// point of a transform of channels; a sample of the waves' bass and of its responses; a multiplication of a network.
 const FRAME_NS: f64 = 0.78;
 const TAP_NS: f64 = 0.24;
 const REFRESH_NS: f64 = 0.65;
@@ -192,8 +192,8 @@ const WAVE_NS: f64 = 160.0;
 const WAVE_SAMPLE_NS: f64 = 0.094;
 const NETWORK_NS: f64 = 0.03;
 
-/// What playing a scene takes at a host's rate while the listener walks and turns, nanoseconds of a processor a second: counts of
-/// what the renderer does, which are the same on every machine, each weighed.
+/// What playing a scene takes at a host's rate while the listener walks and turns, nanoseconds of a processor a second: counts
+/// of what the renderer does, which are the same on every machine, each weighed.
 pub(super) fn operations(parts: &SceneParts, grid: &StftGrid) -> f64 {
     let (hops, rate) = (1.0 / grid.hop_s(), grid.sample_rate_hz);
     let bins = grid.bins() as f64 * hops;

@@ -230,8 +230,8 @@ impl Standing {
     }
 }
 
-/// Edges of critical bands up to a frequency, Hz, from 75 Hz on, after Traunmüller (1990): `z = 26.81 f / (1960 + f) - 0.53`, and
-/// 1.22 times as much more from 20.1 on.
+/// Edges of critical bands up to a frequency, Hz, from 75 Hz on, after Traunmüller (1990): `z = 26.81 f / (1960 + f) - 0.53`,
+/// and 1.22 times as much more from 20.1 on.
 fn critical_bands(top_hz: f64) -> Vec<(f64, f64)> {
     let edge = |bark: f64| {
         let z = if bark > 20.1 { 20.1 + (bark - 20.1) / 1.22 } else { bark };
@@ -269,8 +269,8 @@ fn modulation(sound: &[f32], hz: f64, rate: f64) -> f64 {
     let spectrum = spectrum(envelope.enumerate().map(|(n, v)| window(n) * v), length);
     let inside = |k: &usize| FLUTTER_HZ.contains(&(ENVELOPE_HZ * *k as f64 / length as f64));
     let flutter: f64 = (1..length / 2).filter(inside).map(|k| spectrum[k].norm_sqr()).sum();
-    // A sine of depth m has a quarter of m squared on each side, which the window spreads to 3/2 of it, and the transform over as
-    // many bins more as it is longer.
+    // A sine of depth m has a quarter of m squared on each side, which the window spreads to 3/2 of it, and the transform over
+    // as many bins more as it is longer.
     (4.0 * flutter / 1.5 / spectrum[0].norm_sqr().max(1e-30) * count as f64 / length as f64).sqrt()
 }
 
