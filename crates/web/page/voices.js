@@ -123,7 +123,12 @@ export class Voices extends EventTarget {
   /** Plays a sound in its scene. */
   async load(voice) {
     const { scene, gain } = voice;
-    if (!this.opened.has(scene)) this.opened.set(scene, this.open(scene));
+    if (!this.opened.has(scene)) {
+      const opened = this.open(scene);
+      this.opened.set(scene, opened);
+      // What could not be opened may be tried again.
+      opened.catch(() => this.opened.get(scene) === opened && this.opened.delete(scene));
+    }
     const room = await this.opened.get(scene);
     if (!room || voice.gain !== gain || voice.scene !== scene) return;
     if (voice.room !== room) {
