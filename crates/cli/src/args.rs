@@ -214,7 +214,7 @@ mod tests {
             };
             assert_eq!(parsed(line), parsed(now));
         }
-        for older in ["host a b c", "measure a --format json", "web a --serve 8080", "fit 1,2,3 a --evaluate --markdown"] {
+        for older in ["host a b c", "web a --serve 8080", "fit 1,2,3 a --evaluate --markdown"] {
             assert!(Cli::try_parse_from(format!("promenade {older}").split(' ')).is_ok(), "{older}");
         }
         let help = help::command().render_long_help().to_string();
