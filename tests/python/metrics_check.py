@@ -116,7 +116,6 @@ def distances(a, b):
         "avcloud_lre_db": abs((energy[0, 0] - energy[0, 1]) - (energy[1, 0] - energy[1, 1])),
         "avcloud_env": env,
         "rwavs_mag": sum(np.mean((magnitudes(p, 128, hann) - magnitudes(g, 128, hann)) ** 2) for p, g in zip(a, b)),
-        "rwavs_env": env,
         "lsd_db_512_128_hann_1e-5": np.mean([lsd(p, g) for p, g in zip(a, b)]),
     }
 

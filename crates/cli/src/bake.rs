@@ -36,7 +36,6 @@ fn responses(args: &BakeResponsesArgs) -> Result<()> {
     let (used, held) = hold_out.split(&set)?;
     let options = BakeOptions {
         window_s: args.window_ms / 1e3,
-        early_s: args.early_ms.map(|ms| ms / 1e3),
         seed: args.seed,
         head: args.head.as_deref().map(read_head).transpose()?,
         recipe: recipe(args),
@@ -131,7 +130,6 @@ fn recipe(args: &BakeResponsesArgs) -> String {
     if let Some(n) = args.set.source {
         text += &format!(" --emitter-number {n}");
     }
-    let early = args.early_ms.map_or(String::new(), |ms| format!(" --early-ms {ms}"));
     let head = args.head.as_deref().map_or(String::new(), |file| format!(" --head {}", report::file_name(file)));
-    text + &format!(" --window-ms {}{early} --seed {}{head}", args.window_ms, args.seed)
+    text + &format!(" --window-ms {} --seed {}{head}", args.window_ms, args.seed)
 }

@@ -58,7 +58,7 @@ pub(crate) struct FitArgs {
     /// Emitter of a scene, metres [default: the first measurement's source]
     #[arg(long, value_name = "X,Y,Z", value_parser = parse_point, allow_hyphen_values = true)]
     pub(crate) emitter: Option<Vec3>,
-    /// Compare what is predicted at places that are held out, and print it as a table with all baselines
+    /// Compare what is predicted at two thirds of the places by the others, three times, and print it as a table with baselines
     #[arg(long)]
     pub(crate) evaluate: bool,
     /// Measurements of the same room with changed walls, which --materials says; what the fitted room predicts of them is
@@ -75,12 +75,6 @@ pub(crate) struct FitArgs {
     /// then is found from the reverberation of both, and printed as rules for --materials
     #[arg(long, value_name = "NAMES", value_delimiter = ',', requires = "changed", conflicts_with = "materials")]
     pub(crate) alike: Vec<String>,
-    /// Places that are fitted to in --evaluate; the others are held out [default: a third of all]
-    #[arg(long, value_name = "N")]
-    pub(crate) places: Option<usize>,
-    /// Draws of the places that are fitted to
-    #[arg(long, value_name = "N", default_value_t = 3, value_parser = clap::value_parser!(u32).range(1..=100))]
-    pub(crate) splits: u32,
     /// Seed of draws and rays
     #[arg(long, default_value_t = 1)]
     pub(crate) seed: u64,

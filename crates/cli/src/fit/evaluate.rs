@@ -12,15 +12,18 @@ use promenade_fit::{
 };
 use std::path::Path;
 
+/// Draws of the places that are fitted to.
+const DRAWS: u64 = 3;
+
 /// Judges what is predicted at places that are held out.
 pub(super) fn held_out(fitter: &Fitter<'_>, room: Option<&Stated>, set: &Measurements) -> Result<()> {
     let args = fitter.args;
     let count = set.all.len();
-    let places = args.places.unwrap_or(count.div_ceil(3));
+    let places = count.div_ceil(3);
     let figures = all_figures(set);
     let mut tables: Vec<Vec<Row>> = Vec::new();
     let bar = report::Bar::new("fitting", 1.0);
-    for i in 0..u64::from(args.splits) {
+    for i in 0..DRAWS {
         let split = Split::drawn(count, places, args.seed.wrapping_add(i))?;
         let mut rows = baselines(set, &figures, &split);
         let row = |name: &str, fit: &dyn RoomModel| fit_row(name, fit, set, &figures, &split);
@@ -28,7 +31,7 @@ pub(super) fn held_out(fitter: &Fitter<'_>, room: Option<&Stated>, set: &Measure
             // One that is searched is searched in the places that are fitted to.
             let train = set.only(&split.train);
             let room = &stated.room(&train)?;
-            let each = &mut |share| bar.at((i as f64 + share) / f64::from(args.splits));
+            let each = &mut |share| bar.at((i as f64 + share) / DRAWS as f64);
             let (whole, patches) = fitter.full(room, &train, None, &|_| Ok(()), each)?;
             rows.push(row("full fit", &whole));
             rows.extend(patches.map(|patches| row("full fit in voxels", &patches)));
@@ -37,8 +40,8 @@ pub(super) fn held_out(fitter: &Fitter<'_>, room: Option<&Stated>, set: &Measure
     }
     drop(bar);
     report::line(format_args!(
-        "{}: fitted to {places} of {count} places, judged at the others, {} draws, {} Hz, figures of AV-DAR",
-        set.title, args.splits, set.sample_rate_hz
+        "{}: fitted to {places} of {count} places, judged at the others, {DRAWS} draws, {} Hz, figures of AV-DAR",
+        set.title, set.sample_rate_hz
     ));
     report::markdown_or(&args.markdown, |markdown| report::table(&table(&mean_rows(&tables)), markdown))
 }

@@ -75,7 +75,6 @@ fn distance(ears: &Ears, reference: &Ears) -> Value {
         ("avcloud_lre_db", avcloud::lre_db(a, b)),
         ("avcloud_env", avcloud::env(a, b)),
         ("rwavs_mag", rwavs::mag(a, b)),
-        ("rwavs_env", rwavs::env(a, b)),
         ("lsd_db_512_128_hann_1e-5", lsd),
     ])
 }

@@ -13,12 +13,10 @@ pub enum Figure {
     AvcloudMag,
     /// LRE as AV-Cloud defines it, dB: [`avcloud::lre_db`].
     AvcloudLre,
-    /// ENV as AV-Cloud defines it: [`avcloud::env`].
+    /// ENV as AV-Cloud defines it, and as published with RWAVS: [`avcloud::env`].
     AvcloudEnv,
     /// MAG as published with RWAVS: [`rwavs::mag`].
     RwavsMag,
-    /// ENV as published with RWAVS, the same as AV-Cloud's: [`rwavs::env`].
-    RwavsEnv,
     /// Log-spectral distance, dB, on RWAVS's spectrogram, mean of both ears: [`lsd_db`].
     Lsd,
     /// Log-spectral distance where the recording is audible, dB, on the same spectrogram: [`audible_lsd_db`].
@@ -31,12 +29,11 @@ pub enum Figure {
 
 impl Figure {
     /// All of them, in the order of tables.
-    pub const ALL: [Self; 9] = [
+    pub const ALL: [Self; 8] = [
         Self::AvcloudMag,
         Self::AvcloudLre,
         Self::AvcloudEnv,
         Self::RwavsMag,
-        Self::RwavsEnv,
         Self::Lsd,
         Self::AudibleLsd,
         Self::Itd,
@@ -46,42 +43,31 @@ impl Figure {
     /// Name in JSON, with convention and unit.
     #[must_use]
     pub fn name(self) -> &'static str {
-        match self {
-            Self::AvcloudMag => "avcloud_mag",
-            Self::AvcloudLre => "avcloud_lre_db",
-            Self::AvcloudEnv => "avcloud_env",
-            Self::RwavsMag => "rwavs_mag",
-            Self::RwavsEnv => "rwavs_env",
-            Self::Lsd => "lsd_db_512_128_hann_1e-5",
-            Self::AudibleLsd => "audible_lsd_db_512_128_hann",
-            Self::Itd => "itd_us",
-            Self::Ild => "octave_ild_db",
-        }
+        self.shown().0
     }
 
     /// Head of its column.
     #[must_use]
     pub fn heading(self) -> &'static str {
-        match self {
-            Self::AvcloudMag => "MAG (AV-Cloud)",
-            Self::AvcloudLre => "LRE (AV-Cloud) dB",
-            Self::AvcloudEnv => "ENV (AV-Cloud)",
-            Self::RwavsMag => "MAG (RWAVS)",
-            Self::RwavsEnv => "ENV (RWAVS)",
-            Self::Lsd => "LSD dB",
-            Self::AudibleLsd => "audible LSD dB",
-            Self::Itd => "ITD us",
-            Self::Ild => "ILD dB",
-        }
+        self.shown().1
     }
 
     /// Digits after the point in tables.
     #[must_use]
     pub fn digits(self) -> usize {
+        self.shown().2
+    }
+
+    fn shown(self) -> (&'static str, &'static str, usize) {
         match self {
-            Self::Itd => 0,
-            Self::Lsd | Self::AudibleLsd | Self::AvcloudLre | Self::Ild => 2,
-            _ => 4,
+            Self::AvcloudMag => ("avcloud_mag", "MAG (AV-Cloud)", 4),
+            Self::AvcloudLre => ("avcloud_lre_db", "LRE (AV-Cloud) dB", 2),
+            Self::AvcloudEnv => ("avcloud_env", "ENV", 4),
+            Self::RwavsMag => ("rwavs_mag", "MAG (RWAVS)", 4),
+            Self::Lsd => ("lsd_db_512_128_hann_1e-5", "LSD dB", 2),
+            Self::AudibleLsd => ("audible_lsd_db_512_128_hann", "audible LSD dB", 2),
+            Self::Itd => ("itd_us", "ITD us", 0),
+            Self::Ild => ("octave_ild_db", "ILD dB", 2),
         }
     }
 }
@@ -103,7 +89,6 @@ impl Figures {
             Figure::AvcloudLre => avcloud::lre_db(p, r).ok(),
             Figure::AvcloudEnv => avcloud::env(p, r).ok(),
             Figure::RwavsMag => rwavs::mag(p, r).ok(),
-            Figure::RwavsEnv => rwavs::env(p, r).ok(),
             Figure::Lsd => mean(&|ear| lsd_db(p[ear], r[ear], rwavs::SPECTROGRAM).ok()),
             Figure::AudibleLsd => {
                 let owned = |ears: [&[f32]; 2]| [ears.map(<[f32]>::to_vec)];
