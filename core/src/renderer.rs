@@ -372,7 +372,7 @@ impl Renderer {
         sounds: &[Voice<'_>],
         [left, right]: [&mut [f32]; 2],
         params: impl Into<RenderParams>,
-        pose_at: &mut impl FnMut(usize) -> Pose,
+        pose_at: &mut dyn FnMut(usize) -> Pose,
     ) {
         let RenderParams { quality, trim } = params.into();
         let (trim, len) = (trim.bounded(), left.len().min(right.len()));
