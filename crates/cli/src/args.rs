@@ -100,7 +100,7 @@ pub(crate) enum Command {
     Path(PathArgs),
     /// Make the anchors of a model: of a reconstruction, a cloud of points or splats, a mesh or a box
     Anchors(Box<AnchorsArgs>),
-    /// Make a room's mesh of a reconstruction: six walls or a convex hull around its points
+    /// Make a room's mesh of a reconstruction: six walls around its points, or the space that was seen to be free
     Surface(Box<SurfaceArgs>),
     /// Make binaural responses of a simulated room, to bake or to train on
     Simulate(Box<SimulateArgs>),

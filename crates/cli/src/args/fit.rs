@@ -15,7 +15,7 @@ use std::path::PathBuf;
 #[derive(Debug, Args)]
 pub(crate) struct FitArgs {
     /// Room and measurements, or measurements alone to judge what needs no room. ROOM: length, width and height from a corner
-    /// at the origin, metres, X,Y,Z; a mesh of flat walls, .obj, .stl, .ply, .glb, .gltf or .ac; or the word
+    /// at the origin, metres, X,Y,Z; a mesh of flat walls, .obj, .stl, .ply, .glb or .gltf; or the word
     /// `box`, of which all six walls are searched, as without a room [a folder of that name is ./box]. MEASUREMENTS: a .sofa
     /// file, or a folder with measurements.json or laid out as R3VIVAL is
     #[arg(value_name = "[ROOM] MEASUREMENTS", required = true, num_args = 1..=2)]

@@ -47,7 +47,7 @@ pub(crate) enum SizeScattering {
 /// A mesh, its materials and its source.
 #[derive(Debug, Args)]
 pub(crate) struct RoomArgs {
-    /// Mesh of the room: .obj, .stl, .ply, .glb, .gltf or .ac
+    /// Mesh of the room: .obj, .stl, .ply, .glb or .gltf
     #[arg(value_name = "ROOM")]
     pub(crate) mesh: PathBuf,
     /// Where the sound comes from, metres

@@ -43,7 +43,7 @@ pub(crate) fn run(path: &Path, args: &MeasureArgs) -> Result<()> {
         out["reference"] = room(&reference);
         out["distance"] = distance(&ears, &reference);
     }
-    report::json_or(&args.files().0, &out, || format!("{out:#}\n"))
+    report::json_or(&args.json, &out, || format!("{out:#}\n"))
 }
 
 fn read(path: &Path) -> Result<Ears> {
