@@ -99,7 +99,7 @@ fn learn<'a>(trainer: &mut Trainer<'a>, args: &TrainArgs, keep: impl Fn(&Trainer
         let done = trainer.steps();
         bar.at((done - from) as f64);
         if done.is_multiple_of(look_every) || done == steps {
-            let point = trainer.note();
+            let point = trainer.note()?;
             let [mag, lre, env] = point.test;
             let loss = point.loss;
             report::line(format_args!(

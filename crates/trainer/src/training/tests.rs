@@ -242,15 +242,15 @@ fn goes_on_after_a_stop_as_if_it_had_not_stopped_and_learns() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("walk.training");
     let mut whole = trainer(&capture, settings());
-    let first = whole.note();
+    let first = whole.note().unwrap();
     for _ in 0..40 {
         whole.step();
         if whole.steps().is_multiple_of(20) {
-            whole.note();
+            whole.note().unwrap();
         }
     }
     let mut parts = trainer(&capture, settings());
-    parts.note();
+    parts.note().unwrap();
     (0..13).for_each(|_| assert!(parts.step().loss.is_finite()));
     parts.checkpoint().save(&file).unwrap();
     drop(parts);
@@ -260,7 +260,7 @@ fn goes_on_after_a_stop_as_if_it_had_not_stopped_and_learns() {
     for _ in 13..40 {
         parts.step();
         if parts.steps().is_multiple_of(20) {
-            parts.note();
+            parts.note().unwrap();
         }
     }
     assert_eq!(parts.weights(), whole.weights());
