@@ -41,6 +41,7 @@ mod weights;
 pub use burn::tensor::Device;
 pub use checkpoint::{Checkpoint, CurvePoint};
 pub use head::{Example, ExampleVoice};
+pub use responses::{Decay, RecordedResponse, recorded_decays, recorded_responses};
 pub use settings::{LossSettings, NetworkSettings, TrainSettings};
 pub use simulated::Simulate;
 pub use training::{StepReport, Trainer};

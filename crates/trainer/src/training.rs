@@ -8,7 +8,7 @@ use crate::responses::{ClipResponses, clip_responses};
 use crate::scene::scene;
 use crate::settings::TrainSettings;
 use crate::setup::{Setup, fingerprint, grid, in_cloud};
-use crate::simulated::{Simulate, SimulatedClips, Simulation};
+use crate::simulated::{Level, Simulate, SimulatedClips, Simulation};
 use crate::weights::{AdamW, Arrays, start};
 use burn::tensor::{Device, Tensor, TensorData};
 use promenade_baker::BakeError;
@@ -19,7 +19,7 @@ use promenade_core::glam::Vec3;
 use promenade_core::network::{CloudEmitter, HEAD_RADIUS_M};
 use promenade_core::random::Random;
 use promenade_core::{Bands, Pose, Provenance, Scene, SceneError, TransferFunction};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashMap};
 use std::sync::Arc;
 
 /// Seconds of dry sound before a clip whose reverberation reaches into it.
@@ -92,7 +92,7 @@ impl<'a> Trainer<'a> {
         Ok(Self {
             fingerprint: fingerprint(capture, &setup),
             responses,
-            simulated: SimulatedClips::default(),
+            simulated: SimulatedClips { clips: HashMap::new(), level: Level::default() },
             simulation: None,
             clips: shifted_clips(capture, &settings),
             capture,
@@ -251,12 +251,12 @@ impl<'a> Trainer<'a> {
     #[must_use]
     pub fn refined(&mut self, pose: &Pose, emitter: Vec3, ears: &[Vec<f32>; 2]) -> Option<[Vec<f32>; 2]> {
         let simulation = self.simulation.as_ref()?;
-        let gain = self.simulated.gain;
-        let (own, centre) = simulation.of(ears, gain);
+        let level = self.simulated.level.clone();
+        let (own, centre) = simulation.of(ears, &level);
         let (own, emitter) = (Arc::new(own), CloudEmitter::with_sphere(emitter, HEAD_RADIUS_M));
         let voice = ExampleVoice { dry: Vec::new(), emitter: Some(emitter), simulated: Some(own.clone()) };
         let corrected = self.filters(pose, voice);
-        Some(own.reshaped(ears, centre, gain, &corrected, (&self.setup.grid, &self.setup.bands)))
+        Some(own.reshaped(ears, centre, &level, &corrected, (&self.setup.grid, &self.setup.bands)))
     }
 
     /// MAG, LRE and ENV of the test clips as [`evaluate`] has them: of the scene as it is played, or of what a network makes of a
