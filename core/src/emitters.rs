@@ -103,12 +103,6 @@ impl Emitters {
         &self.renderer
     }
 
-    /// Whether the channels of a stereo sound can have an emitter each.
-    #[must_use]
-    pub fn has_second(&self) -> bool {
-        self.second.is_some()
-    }
-
     /// Bytes of this instance, without the shared scene.
     #[must_use]
     pub fn memory_bytes(&self) -> usize {

@@ -196,28 +196,6 @@ fn the_free_space_of_an_l_shaped_room_is_l_shaped() {
 }
 
 #[test]
-fn small_surfaces_scatter_by_their_size() {
-    // A wall, and a table top of 1.2 x 0.6 m in two triangles, at a mean free path of 3 m.
-    let mut mesh = shoebox(0.1, 0.1).mesh().unwrap();
-    let first = mesh.vertices.len() as u32;
-    mesh.vertices.extend([[2.0, 2.0, 0.7], [3.2, 2.0, 0.7], [3.2, 2.6, 0.7], [2.0, 2.6, 0.7]]);
-    for corners in [[0, 1, 2], [0, 2, 3]] {
-        mesh.triangles.push(Triangle { corners: corners.map(|c: u32| c + first), group: 0 });
-    }
-    let materials: Vec<Material> = mesh.groups.iter().map(|_| Material::even("wall", 0.1, 0.1)).collect();
-    let found = mesh.scatter_by_size(&materials, 3.0, 343.0);
-    assert_eq!(found.len(), mesh.groups.len());
-    let of = |triangle: usize| &found[mesh.triangles[triangle].group as usize].scattering;
-    let (wall, table) = (of(0), of(mesh.triangles.len() - 1));
-    assert!(wall[1..].iter().all(|s| *s == 0.1), "{wall:?}");
-    assert_eq!(of(mesh.triangles.len() - 2), table);
-    // f_w is 2858 Hz and f_l 715 Hz.
-    for (band, mirrored) in [(1, 250.0 / 2858.0 * 250.0 / 715.0), (3, 1000.0 / 2858.0), (6, 1.0)] {
-        assert!((f64::from(table[band]) - (1.0 - 0.9 * mirrored)).abs() < 0.012, "{table:?}");
-    }
-}
-
-#[test]
 fn tables_of_materials_are_read() {
     let folder = tempfile::tempdir().unwrap();
     let mut table = Materials::default();

@@ -9,7 +9,6 @@ mod gltf;
 mod names;
 mod nets;
 mod obj;
-mod patches;
 mod ply;
 mod ply_file;
 mod polygon;

@@ -90,7 +90,7 @@ pub(super) const EXAMPLES: [(&str, [&str; 2]); 35] = [
     ),
     (
         "capture import",
-        ["capture import data --layout rwavs -o walk", "capture import data --layout responses --dry speech.wav -o walk"],
+        ["capture import data --layout rwavs -o walk", "capture import data --layout rwavs --rate 48000 -o walk"],
     ),
     ("capture check", ["capture check walk", "capture check walk --json"]),
     ("capture emitter", ["capture emitter walk", "capture emitter walk --write"]),

@@ -8,7 +8,7 @@ use super::simulate::parse_rule;
 use super::values::{parse_point, within};
 use clap::{Args, ValueEnum};
 use promenade_core::glam::Vec3;
-use promenade_fit::{Convention, LoadOptions};
+use promenade_fit::LoadOptions;
 use promenade_room::Some7;
 use std::path::PathBuf;
 
@@ -75,9 +75,6 @@ pub(crate) struct FitArgs {
     /// then is found from the reverberation of both, and printed as rules for --materials
     #[arg(long, value_name = "NAMES", value_delimiter = ',', requires = "changed", conflicts_with = "materials")]
     pub(crate) alike: Vec<String>,
-    /// Whose definitions of loudness, C50, EDT and T60
-    #[arg(long, value_enum, default_value_t = ConventionArg::AvDar)]
-    pub(crate) convention: ConventionArg,
     /// Places that are fitted to in --evaluate; the others are held out [default: a third of all]
     #[arg(long, value_name = "N")]
     pub(crate) places: Option<usize>,
@@ -172,23 +169,6 @@ impl MeasurementArgs {
             source_number: self.source_number,
             sd_m: self.uncertainty,
             air: self.air.air(),
-        }
-    }
-}
-
-#[derive(Clone, Copy, Debug, ValueEnum)]
-pub(crate) enum ConventionArg {
-    /// AV-DAR on Hearing Anything Anywhere
-    AvDar,
-    /// AVR on Real Acoustic Fields
-    Avr,
-}
-
-impl From<ConventionArg> for Convention {
-    fn from(arg: ConventionArg) -> Self {
-        match arg {
-            ConventionArg::AvDar => Self::AvDar,
-            ConventionArg::Avr => Self::Avr,
         }
     }
 }

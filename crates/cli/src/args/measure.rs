@@ -43,15 +43,6 @@ pub(crate) struct MeasureArgs {
     /// Response or rendering (WAV) to compare the other with
     #[arg(long, value_name = "FILE", requires = "response")]
     pub(crate) reference: Option<PathBuf>,
-    /// Also the modulation of the tail at this hop rate, hertz
-    #[arg(long, value_name = "HZ", requires = "response")]
-    pub(crate) hop_hz: Option<f64>,
-    /// Start of that tail, seconds
-    #[arg(long, value_name = "S", default_value_t = 0.5, requires = "hop_hz")]
-    pub(crate) from: f64,
-    /// End of that tail, seconds
-    #[arg(long, value_name = "S", default_value_t = 0.9, requires = "hop_hz")]
-    pub(crate) to: f64,
     /// Also the power beside a tone of this frequency, hertz
     #[arg(long, value_name = "HZ", requires = "response")]
     pub(crate) tone_hz: Option<f64>,

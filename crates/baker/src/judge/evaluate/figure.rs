@@ -1,7 +1,7 @@
 //! The figures of one clip, and their means.
 
 use crate::capture::direct_sound;
-use promenade_metrics::{audible_lsd_db, avcloud, band_ild_error_db, blind_decay_time_s, lsd_db, rwavs};
+use promenade_metrics::{audible_lsd_db, avcloud, band_ild_error_db, lsd_db, rwavs};
 
 /// How far a recording's direct sound has to stand out for its interaural time difference to count, dB.
 const CLEAR_DB: f64 = 10.0;
@@ -23,8 +23,6 @@ pub enum Figure {
     Lsd,
     /// Log-spectral distance where the recording is audible, dB, on the same spectrogram: [`audible_lsd_db`].
     AudibleLsd,
-    /// Difference of blindly estimated decay times, seconds, mean of both ears: [`blind_decay_time_s`].
-    Rte,
     /// Difference of the direct sounds' interaural time differences, microseconds: [`direct_sound`].
     Itd,
     /// Difference of interaural level differences, dB, mean over octaves: [`band_ild_error_db`].
@@ -33,7 +31,7 @@ pub enum Figure {
 
 impl Figure {
     /// All of them, in the order of tables.
-    pub const ALL: [Self; 10] = [
+    pub const ALL: [Self; 9] = [
         Self::AvcloudMag,
         Self::AvcloudLre,
         Self::AvcloudEnv,
@@ -41,7 +39,6 @@ impl Figure {
         Self::RwavsEnv,
         Self::Lsd,
         Self::AudibleLsd,
-        Self::Rte,
         Self::Itd,
         Self::Ild,
     ];
@@ -57,7 +54,6 @@ impl Figure {
             Self::RwavsEnv => "rwavs_env",
             Self::Lsd => "lsd_db_512_128_hann_1e-5",
             Self::AudibleLsd => "audible_lsd_db_512_128_hann",
-            Self::Rte => "blind_rte_s",
             Self::Itd => "itd_us",
             Self::Ild => "octave_ild_db",
         }
@@ -74,7 +70,6 @@ impl Figure {
             Self::RwavsEnv => "ENV (RWAVS)",
             Self::Lsd => "LSD dB",
             Self::AudibleLsd => "audible LSD dB",
-            Self::Rte => "RTE (blind) s",
             Self::Itd => "ITD us",
             Self::Ild => "ILD dB",
         }
@@ -86,7 +81,6 @@ impl Figure {
         match self {
             Self::Itd => 0,
             Self::Lsd | Self::AudibleLsd | Self::AvcloudLre | Self::Ild => 2,
-            Self::Rte => 3,
             _ => 4,
         }
     }
@@ -115,11 +109,6 @@ impl Figures {
                 let owned = |ears: [&[f32]; 2]| [ears.map(<[f32]>::to_vec)];
                 audible_lsd_db(&owned(p), &owned(r), rwavs::SPECTROGRAM).ok()
             }
-            Figure::Rte => mean(&|ear| {
-                // Where the recording decays both are measured.
-                let of = |x: &[f32]| blind_decay_time_s(x, r[ear], sample_rate_hz);
-                Some((of(p[ear])? - of(r[ear])?).abs())
-            }),
             Figure::Itd => {
                 let (dry, pre_roll) = dry?;
                 let of = |ears| direct_sound(dry, pre_roll, ears, sample_rate_hz);
