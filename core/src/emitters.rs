@@ -148,7 +148,7 @@ impl Emitters {
         [left, right]: [&mut [f32]; 2],
         params: impl Into<RenderParams>,
         emitters: &EmitterParams,
-        pose_at: &mut impl FnMut(usize) -> Pose,
+        pose_at: &mut dyn FnMut(usize) -> Pose,
     ) {
         let (Some(first), Some(last)) = (input.first(), input.last()) else {
             [left, right].into_iter().for_each(|ear| ear.fill(0.0));

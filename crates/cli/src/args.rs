@@ -123,6 +123,14 @@ pub(crate) enum Command {
     #[cfg(not(feature = "train"))]
     #[command(disable_help_flag = true)]
     Train(Rest),
+    /// Learn a scene from a walk's recordings and a coarse room: the room's absorption from their decays, then what a network
+    /// corrects of it, as far as emitters or clips that it is not told support that
+    #[cfg(feature = "train")]
+    Learn(Box<TrainArgs>),
+    /// Learn a scene from recordings and a coarse room; this build says how to make one that can
+    #[cfg(not(feature = "train"))]
+    #[command(disable_help_flag = true)]
+    Learn(Rest),
     /// Correct a simulated room by responses that were measured in it, for sources at new places
     #[cfg(feature = "train")]
     Refine(Box<RefineArgs>),

@@ -6,7 +6,7 @@ use crate::{report, scene};
 use anyhow::{Context, Result};
 use promenade_baker::field::{FieldOptions, bake_cloud};
 use promenade_baker::trade::{front, within};
-use promenade_baker::{BakeOptions, HoldOut, Levels, Side, bake_responses, read_head};
+use promenade_baker::{BakeOptions, CONTENT, HoldOut, Levels, Side, bake_responses, read_head};
 use promenade_core::{Provenance, Scene};
 
 pub(crate) fn run(source: &BakeSource) -> Result<()> {
@@ -44,7 +44,8 @@ fn responses(args: &BakeResponsesArgs) -> Result<()> {
     let scene = bake_responses(&set, |response, index| hold_out.selects(response, index), &options)
         .with_context(|| format!("{}: cannot be baked", args.set.path.display()))?;
     drop(bar);
-    report::notes(&scene.provenance().notes);
+    // What counts scenes' content up is for those who make the factory's.
+    scene.provenance().notes.iter().filter(|note| *note != CONTENT).for_each(report::note);
     let bytes = scene::write(&args.output, &scene)?;
     report::line(format_args!(
         "{}: {} responses baked, {} held out, {} kB",

@@ -155,7 +155,7 @@ pub(crate) fn run(args: &RefineArgs) -> Result<()> {
     let about = Provenance { title, credit, licence, recipe, notes: Vec::new() };
     let _bar = report::Bar::new("baking", 1.0);
     let mut seed = args.seed;
-    let made = places.scene(sources.len() - 1, about, args.seed, |pose, ears| {
+    let made = places.scene(sources.len() - 1, about, (args.seed, false), |pose, ears| {
         seed += 1;
         let simulated = measured.simulated(emitter, &[*pose], vec![ears.clone()]);
         let refined = refiner.refined(&simulated, args.solver, seed)?;

@@ -13,9 +13,10 @@ use crate::args::{ClipArgs, RunArgs, Simulate, SimulateArgs};
 use crate::{capture, hrtf, path, report};
 use anyhow::{Result, bail};
 use promenade_acoustics::{Air, Entry, Materials};
-use promenade_baker::Responses;
-use promenade_baker::simulation::{Hrtf, MeshOptions, Part, along, is_complete, part_folder};
+use promenade_baker::simulation::{Hrtf, MeshOptions, Part, Simulated, along, is_complete, part_folder};
+use promenade_baker::{Response, Responses};
 use promenade_core::Pose;
+use promenade_core::glam::Vec3;
 use promenade_paths::ImportOptions;
 use std::fmt::Debug;
 use std::path::{Path, PathBuf};
@@ -123,6 +124,28 @@ impl Run<'_> {
             self.head.0.title,
             self.head.1.directions()
         )
+    }
+
+    /// What an emitter and those of `--further` give, one set: all as long as the longest, named after their emitter's number
+    /// where there are several.
+    fn of_each(&self, first: Vec3, each: impl Fn(Vec3, f64) -> Result<Simulated>) -> Result<Simulated> {
+        let count = (1 + self.args.further.len()) as f64;
+        let mut all = each(first, 0.0)?;
+        for (number, at) in self.args.further.iter().enumerate() {
+            let rename = |set: &mut Responses, number| set.responses.iter_mut().for_each(|r| r.name = format!("{number}-{}", r.name));
+            if number == 0 {
+                rename(&mut all.responses, 1);
+            }
+            let mut more = each(*at, (number + 1) as f64 / count)?;
+            rename(&mut more.responses, number + 2);
+            all.responses.responses.append(&mut more.responses.responses);
+            all.images += more.images;
+        }
+        let ears = |r: &Response| r.left.len();
+        let longest = all.responses.responses.iter().map(ears).max().unwrap_or(0);
+        let pad = |r: &mut Response| [&mut r.left, &mut r.right].into_iter().for_each(|ear| ear.resize(longest, 0.0));
+        all.responses.responses.iter_mut().for_each(pad);
+        Ok(all)
     }
 
     /// Writes a set, a part of it in its folder, or what it makes of dry sound. Returns where.

@@ -5,60 +5,113 @@ use crate::simulate::places::Places;
 use crate::{plot, report};
 use anyhow::{Context, Result};
 use promenade_baker::anchors::AnchorSet;
-use promenade_baker::{BakeError, Capture, atomic, file};
+use promenade_baker::evaluate::{EvaluateOptions, Evaluation, Figure, evaluate};
+use promenade_baker::{Capture, atomic, file};
 use promenade_core::{Pose, Provenance, Scene};
 use promenade_trainer::{Checkpoint, CurvePoint, Device, TrainSettings, Trainer};
+use std::path::Path;
+use std::sync::Arc;
 
 /// Ending of the file that a training is kept in beside its scene until it is done.
-const KEPT: &str = "training";
+pub(crate) const KEPT: &str = "training";
 /// Bytes that a file of settings may have.
 const MAX_SETTINGS_BYTES: u64 = 1 << 20;
 
+/// What a training needs.
+pub(crate) struct Prepared<'a> {
+    pub(crate) args: &'a TrainArgs,
+    pub(crate) capture: Capture,
+    pub(crate) places: Option<Places>,
+    pub(crate) settings: TrainSettings,
+    emitter: Option<usize>,
+    anchors: AnchorSet,
+    device: Device,
+    threads: usize,
+}
+
 pub(crate) fn run(args: &TrainArgs) -> Result<()> {
-    let capture = capture(args)?;
-    let emitter = args.emitter.as_ref().map(|name| capture.number_of(name)).transpose()?;
-    let anchors = anchors(args, &capture)?;
-    let settings = settings(args)?;
-    let device = if args.gpu { gpu()? } else { Device::flex() };
-    let threads = args.threads.unwrap_or_else(|| std::thread::available_parallelism().map_or(1, usize::from).min(MAX_THREADS));
+    let prepared = Prepared::of(args)?;
     let kept = args.output.with_extension(KEPT);
-    let before = if kept.exists() && !args.restart { Some(Checkpoint::load(&kept)?) } else { None };
-    if args.simulation.simulate.is_some() && args.simulation.head.is_none() {
-        anyhow::bail!("--simulate: expected --head with the ears that heard the recordings, found none");
-    }
-    let places = Places::of(&args.simulation, &capture.emitters, capture.sample_rate_hz, settings.seed)?;
-    let bar = report::Bar::new("preparing", 1.0);
-    let mut trainer = match &places {
-        None => Trainer::new(&capture, &anchors, settings.clone(), device, threads)?,
-        Some(places) => {
-            let simulate = |emitter: usize, poses: &[Pose]| {
-                report::line(format_args!("simulating {} poses of emitter {}", poses.len(), emitter + 1));
-                places.ears(emitter, poses, |share| bar.at(share))
-            };
-            Trainer::on_simulation(&capture, &anchors, settings.clone(), device, threads, &simulate)?
+    let mut trainer = prepared.trainer(&prepared.capture, prepared.settings.clone(), &kept)?;
+    learn(&mut trainer, args, |trainer| Ok(trainer.checkpoint().save(&kept)?))?;
+    let made = prepared.scene(&mut trainer)?;
+    report::print(&format!("{}: {} steps\n", args.output.display(), trainer.steps()))?;
+    if prepared.places.is_some() { prepared.judge(made, false).map(|_| ()) } else { Ok(()) }
+}
+
+impl<'a> Prepared<'a> {
+    pub(crate) fn of(args: &'a TrainArgs) -> Result<Self> {
+        let capture = capture(args)?;
+        let emitter = args.emitter.as_ref().map(|name| capture.number_of(name)).transpose()?;
+        let settings = settings(args)?;
+        if args.simulation.simulate.is_some() && args.simulation.head.is_none() {
+            anyhow::bail!("--simulate: expected --head with the ears that heard the recordings, found none");
         }
-    };
-    drop(bar);
-    if let Some(before) = before {
-        trainer.resume(before).with_context(|| format!("{}", kept.display()))?;
-        report::note(format_args!("{}: goes on from step {}", kept.display(), trainer.steps()));
+        let places = Places::of(&args.simulation, &capture.emitters, capture.sample_rate_hz, settings.seed)?;
+        let anchors = anchors(args, &capture, places.as_ref())?;
+        let device = if args.gpu { gpu()? } else { Device::flex() };
+        let cores = || std::thread::available_parallelism().map_or(1, usize::from).min(MAX_THREADS);
+        Ok(Self { threads: args.threads.unwrap_or_else(cores), args, capture, places, settings, emitter, anchors, device })
     }
-    learn(&mut trainer, args, |trainer| trainer.checkpoint().save(&kept))?;
-    let provenance = provenance(&capture, trainer.settings(), args);
-    let scene = match places {
-        None => at_emitter(trainer.scene(provenance)?, &capture, emitter)?,
-        Some(places) => {
-            let _bar = report::Bar::new("baking", 1.0);
-            let number = emitter.unwrap_or(0);
-            let at = capture.emitters[number].position;
-            let seed = trainer.settings().seed;
-            places.scene(number, provenance, seed, |pose, ears| {
-                trainer.refined(pose, at, ears).context("--simulate: expected settings that correct a simulation, found others")
-            })?
+
+    /// A training with a capture, which goes on from where it was kept.
+    pub(crate) fn trainer<'c>(&self, capture: &'c Capture, settings: TrainSettings, kept: &Path) -> Result<Trainer<'c>> {
+        let before = if kept.exists() && !self.args.restart { Some(Checkpoint::load(kept)?) } else { None };
+        let bar = report::Bar::new("preparing", 1.0);
+        let device = self.device.clone();
+        let mut trainer = match &self.places {
+            None => Trainer::new(capture, &self.anchors, settings, device, self.threads)?,
+            Some(places) => {
+                let folder = self.args.output.with_extension("simulated");
+                let simulate = |emitter: usize, poses: &[Pose]| {
+                    report::line(format_args!("simulating {} poses of emitter {}", poses.len(), emitter + 1));
+                    places.kept_ears(&folder, emitter, poses, |share| bar.at(share))
+                };
+                Trainer::on_simulation(capture, &self.anchors, settings, device, self.threads, &simulate)?
+            }
+        };
+        if let Some(before) = before {
+            trainer.resume(before).with_context(|| format!("{}", kept.display()))?;
+            report::note(format_args!("{}: goes on from step {}", kept.display(), trainer.steps()));
         }
-    };
-    atomic::write(&args.output, &scene.to_bytes()?)?;
-    report::print(&format!("{}: {} steps\n", args.output.display(), trainer.steps()))
+        Ok(trainer)
+    }
+
+    /// Writes the scene of what was trained.
+    pub(crate) fn scene(&self, trainer: &mut Trainer<'_>) -> Result<Scene> {
+        let provenance = provenance(&self.capture, trainer.settings(), self.args);
+        let scene = match &self.places {
+            None => at_emitter(trainer.scene(provenance)?, &self.capture, self.emitter)?,
+            Some(places) => {
+                let _bar = report::Bar::new("baking", 1.0);
+                let number = self.emitter.unwrap_or(0);
+                let at = self.capture.emitters[number].position;
+                let seed = trainer.settings().seed;
+                places.scene(number, provenance, (seed, true), |pose, ears| {
+                    trainer.refined(pose, at, ears).context("--simulate: expected settings that correct a simulation, found others")
+                })?
+            }
+        };
+        let bytes = scene.to_bytes()?;
+        atomic::write(&self.args.output, &bytes)?;
+        Ok(Scene::from_bytes(&bytes)?)
+    }
+
+    /// The scene of a simulated room on the test clips of its emitter, as `eval` judges it.
+    pub(crate) fn judge(&self, scene: Scene, baselines: bool) -> Result<Evaluation> {
+        let number = self.emitter.unwrap_or(0);
+        let mut capture = self.capture.clone();
+        capture.judge_by(&capture.emitters[number].name.clone())?;
+        let judged = evaluate(&Arc::new(scene), &capture, &EvaluateOptions { baselines, ..EvaluateOptions::default() })?;
+        let of = |figure| judged.methods[0].mean.get(figure).unwrap_or(f64::NAN);
+        report::line(format_args!(
+            "scene: test MAG {:.4}, LRE {:.3} dB, ENV {:.4}",
+            of(Figure::AvcloudMag),
+            of(Figure::AvcloudLre),
+            of(Figure::AvcloudEnv)
+        ));
+        Ok(judged)
+    }
 }
 
 /// The captures as one, with what is held out of it.
@@ -77,17 +130,20 @@ fn capture(args: &TrainArgs) -> Result<Capture> {
 }
 
 /// The anchors; those that lie apart from the clips are told.
-fn anchors(args: &TrainArgs, capture: &Capture) -> Result<AnchorSet> {
-    let set = AnchorSet::load(&args.anchors)?;
+fn anchors(args: &TrainArgs, capture: &Capture, places: Option<&Places>) -> Result<AnchorSet> {
+    let Some(file) = &args.anchors else {
+        return places.context("expected --anchors, found none")?.anchors();
+    };
+    let set = AnchorSet::load(file)?;
     let places: Vec<_> = capture.clips.iter().map(|clip| clip.pose.position).collect();
     if let Some(odd) = set.apart_from(&places) {
-        report::note(format_args!("{}: {odd}", args.anchors.display()));
+        report::note(format_args!("{}: {odd}", file.display()));
     }
     Ok(set)
 }
 
 /// Takes the steps that are left, tells how it goes, and keeps the training now and then and at the end.
-fn learn<'a>(trainer: &mut Trainer<'a>, args: &TrainArgs, keep: impl Fn(&Trainer<'a>) -> Result<(), BakeError>) -> Result<()> {
+pub(crate) fn learn<'a>(trainer: &mut Trainer<'a>, args: &TrainArgs, keep: impl Fn(&Trainer<'a>) -> Result<()>) -> Result<()> {
     let TrainSettings { steps, look_every, .. } = *trainer.settings();
     let from = trainer.steps();
     let bar = report::Bar::new("training", (steps - from.min(steps)) as f64);
@@ -99,7 +155,7 @@ fn learn<'a>(trainer: &mut Trainer<'a>, args: &TrainArgs, keep: impl Fn(&Trainer
         let done = trainer.steps();
         bar.at((done - from) as f64);
         if done.is_multiple_of(look_every) || done == steps {
-            let point = trainer.note();
+            let point = trainer.note()?;
             let [mag, lre, env] = point.test;
             let loss = point.loss;
             report::line(format_args!(
@@ -113,7 +169,7 @@ fn learn<'a>(trainer: &mut Trainer<'a>, args: &TrainArgs, keep: impl Fn(&Trainer
             keep(trainer)?;
         }
     }
-    Ok(keep(trainer)?)
+    keep(trainer)
 }
 
 /// A scene with its sound coming from another emitter of the capture.
@@ -160,9 +216,9 @@ fn provenance(capture: &Capture, settings: &TrainSettings, args: &TrainArgs) -> 
         credit: capture.credit.clone(),
         licence: capture.licence.clone(),
         recipe: format!(
-            "promenade train {} --anchors {} -o {} --steps {} --seed {}{}",
+            "promenade train {}{} -o {} --steps {} --seed {}{}",
             args.captures.iter().map(|path| report::file_name(path)).collect::<Vec<_>>().join(" "),
-            report::file_name(&args.anchors),
+            args.anchors.as_ref().map_or(String::new(), |anchors| format!(" --anchors {}", report::file_name(anchors))),
             report::file_name(&args.output),
             settings.steps,
             settings.seed,

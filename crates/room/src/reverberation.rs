@@ -4,7 +4,10 @@
 //! averaging). The same particles fly for any absorption, so that T20 changes smoothly with it.
 
 use crate::error::RoomError;
-use promenade_acoustics::{Air, BANDS, Echogram, Material, OCTAVES_HZ, ParticleOptions, Shoebox, decay_time_s, octave_place};
+use promenade_acoustics::{
+    Air, BANDS, Echogram, Material, Mesh, OCTAVES_HZ, ParticleOptions, RayOptions, Room, Shoebox, Source, decay_time_s, late_field,
+    octave_place,
+};
 use std::f64::consts::LN_10;
 use std::fmt::{self, Display, Formatter};
 
@@ -14,6 +17,8 @@ pub const T20_S: (f64, f64) = (0.05, 20.0);
 /// ones only decide how the rest decays.
 const PARTICLES_A_SECOND: f64 = 49_152.0;
 const PARTICLES: (f64, f64) = (8192.0, 98_304.0);
+/// Rays in the room of a mesh.
+const RAYS: usize = 8192;
 /// Bins of a trace at least and at most, and of the shortest T20.
 const BINS: (f64, f64, f64) = (240.0, 4000.0, 60.0);
 /// Steps at most.
@@ -149,6 +154,52 @@ fn octaves(echogram: &Echogram) -> Some7 {
 /// # Errors
 /// A box that [`t20_s`] refuses; a time outside [`T20_S`], none at all.
 pub fn match_t20(walls: &Shoebox, air: Air, source: [f64; 3], wanted_s: &Some7, seed: u64) -> Result<Matched, RoomError> {
+    let eyring = |factors: &_| Ok(changed(walls, factors).eyring_t60_s(None));
+    matched(air, wanted_s, &eyring, &|factors, span_s| Ok(octaves(&traced(&changed(walls, factors), air, source, span_s, seed)?)))
+}
+
+/// Finds factors with which the room of a mesh has the reverberation times that are asked for, as [`match_t20`] does for a box;
+/// T20 is that of the energy at all of the listeners together. Says the room with these walls too. Takes seconds.
+///
+/// # Errors
+/// Those of [`match_t20`]; no listener, or one that is not finite.
+pub fn match_room_t20(
+    (mesh, room): (&Mesh, &Room),
+    air: Air,
+    (source, listeners): (&Source, &[[f64; 3]]),
+    wanted_s: &Some7,
+    seed: u64,
+) -> Result<(Matched, Room), RoomError> {
+    let changed = |factors: &[f64; BANDS]| {
+        let walls: Vec<Material> = room.materials().iter().map(|m| factored(m, factors)).collect();
+        Room::new(mesh, &walls)
+    };
+    let closed_m3 = mesh.report().volume_m3;
+    let t20 = |factors: &[f64; BANDS], (_, longest_s): (f64, f64)| {
+        let length_s = LENGTH * longest_s.max(0.3);
+        let options = RayOptions { rays: RAYS, length_s, bin_s: 0.01, images: None, radius_m: None, air: Some(air), seed };
+        let late = late_field(&changed(factors)?, source.clone(), listeners, &options, |_| ())?;
+        let energy = |band: usize| {
+            let bins = late.echograms.first().map_or(0, |e| e.bins.len());
+            let sum = |i: usize| late.echograms.iter().filter_map(|e| e.bins.get(i)).map(|b| f64::from(b.energy[band])).sum();
+            (0..bins).map(sum).collect::<Vec<f64>>()
+        };
+        Ok(std::array::from_fn(|band| decay_time_s(&energy(band), options.bin_s, -25.0)))
+    };
+    let eyring = |factors: &_| Ok(changed(factors)?.eyring_t60_s(closed_m3, None));
+    let matched = matched(air, wanted_s, &eyring, &t20)?;
+    let room = changed(&matched.factors)?;
+    Ok((matched, room))
+}
+
+/// Factors by octave with which `t20` gives the times that are asked for; it is told the shortest and the longest of them, and
+/// `eyring` gives the times without air.
+fn matched(
+    air: Air,
+    wanted_s: &Some7,
+    eyring: &dyn Fn(&[f64; BANDS]) -> Result<[f64; BANDS], RoomError>,
+    t20: &dyn Fn(&[f64; BANDS], (f64, f64)) -> Result<Some7, RoomError>,
+) -> Result<Matched, RoomError> {
     let all: Vec<f64> = wanted_s.iter().flatten().copied().collect();
     if all.is_empty() || !all.iter().all(|t| (T20_S.0..=T20_S.1).contains(t)) {
         let expected = format!("{} to {} s, in one octave at least", T20_S.0, T20_S.1);
@@ -163,7 +214,7 @@ pub fn match_t20(walls: &Shoebox, air: Air, source: [f64; 3], wanted_s: &Some7, 
     let longest = (0..BANDS).filter_map(can).fold(T20_S.0, f64::max);
     let shortest = (0..BANDS).filter_map(can).fold(longest, f64::min);
     let mut factors: [f64; BANDS] = std::array::from_fn(|b| if wanted_s[b].is_some() { 0.999 } else { 1.0 });
-    let eyring = changed(walls, &factors).eyring_t60_s(None);
+    let eyring = eyring(&factors)?;
     let moved = |factor: f64, by: f64| (factor * by.clamp(1.0 / STEP, STEP)).clamp(FACTORS.0, FACTORS.1);
     for b in 0..BANDS {
         if let Some(wanted) = wanted_s[b] {
@@ -174,7 +225,7 @@ pub fn match_t20(walls: &Shoebox, air: Air, source: [f64; 3], wanted_s: &Some7, 
     }
     let mut best: Option<([f64; BANDS], Some7, [f64; BANDS])> = None;
     for _ in 0..STEPS {
-        let found = octaves(&traced(&changed(walls, &factors), air, source, (shortest, longest), seed)?);
+        let found = t20(&factors, (shortest, longest))?;
         let off = |b: usize| wanted_s[b].map_or(0.0, |w| found[b].map_or(f64::INFINITY, |t| (t / w).ln().abs()));
         let off: [f64; BANDS] = std::array::from_fn(off);
         match &mut best {
@@ -287,6 +338,18 @@ mod tests {
         let ratio = |walls: &Shoebox| exponent(walls, 2) / exponent(walls, 0);
         assert!((ratio(&after) / ratio(&room) - 1.0).abs() < 1e-4);
         assert_eq!(after.materials[2].scattering, room.materials[2].scattering);
+    }
+
+    #[test]
+    fn a_mesh_follows_the_times_that_are_asked_for() {
+        let (size, wall) = ([6.0, 4.0, 3.0], Materials::default().material("0.2:0.1").unwrap());
+        let mesh = Shoebox { size, materials: std::array::from_fn(|_| wall.clone()) }.mesh().unwrap();
+        let room = Room::new(&mesh, &vec![wall; mesh.groups.len()]).unwrap();
+        let (wanted, source) = ([1.2, 1.1, 1.0, 0.9, 0.8, 0.7, 0.6].map(Some), Source::from(SOURCE));
+        let at = [[4.5, 1.0, 1.8], [3.0, 3.0, 1.5]];
+        let (found, made) = match_room_t20((&mesh, &room), Air::default(), (&source, &at), &wanted, 1).unwrap();
+        assert!(found.t20_s.iter().zip(wanted).all(|(t, w)| (t.unwrap() / w.unwrap() - 1.0).abs() < 0.02), "{found:?}");
+        assert!(made.materials()[0].absorption[3] < 0.15 && made.materials()[0].absorption[3] > 0.05);
     }
 
     #[test]

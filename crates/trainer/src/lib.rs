@@ -5,7 +5,7 @@
 //!
 //! ```no_run
 //! use promenade_baker::anchors::AnchorSet;
-//! use promenade_baker::{Capture, Split};
+//! use promenade_baker::Capture;
 //! use promenade_core::Provenance;
 //! use promenade_trainer::{Device, TrainSettings, Trainer};
 //!
@@ -17,7 +17,7 @@
 //!     let report = trainer.step();
 //!     println!("{}: {}", trainer.steps(), report.loss);
 //! }
-//! println!("{:?}", trainer.look(Split::Test));
+//! println!("{:?}", trainer.note()?.test);
 //! std::fs::write("place.promenade", trainer.scene(Provenance::default())?.to_bytes()?)?;
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
@@ -41,9 +41,10 @@ mod weights;
 pub use burn::tensor::Device;
 pub use checkpoint::{Checkpoint, CurvePoint};
 pub use head::{Example, ExampleVoice};
+pub use responses::{Decay, RecordedResponse, recorded_decays, recorded_responses};
 pub use settings::{LossSettings, NetworkSettings, TrainSettings};
 pub use simulated::Simulate;
-pub use training::{Scores, StepReport, Trainer};
+pub use training::{StepReport, Trainer};
 pub use weights::{AdamW, Arrays};
 
 /// The graphics card that Vulkan gives first.

@@ -1,6 +1,6 @@
 //! How far a transfer function is from the response that a clip tells of, and the derivative by it.
 
-use crate::responses::{ClipResponse, band_weights, decays};
+use crate::responses::{ClipResponse, band_weights, certainty, decays};
 use crate::settings::LossSettings;
 use promenade_core::{Bands, StftGrid, TailModel, TransferFunction};
 
@@ -32,8 +32,15 @@ impl ResponseLoss {
     pub(crate) fn of(&self, wanted: &ClipResponse, found: &TransferFunction, share: f32, by: &mut TransferFunction) -> f64 {
         let bands = self.weights.len();
         let energy = wanted.direct.iter().sum::<f32>() / wanted.direct.len().max(1) as f32;
-        let heard = wanted.sounds.iter().filter(|sounds| **sounds).count();
-        let scale = share * self.settings.level * DECIBELS / (2 * heard).max(1) as f32;
+        // What is uncertain counts less.
+        let sure = |place: usize| {
+            let hops = &wanted.hops[place];
+            let room = hops.iter().sum::<f32>() / hops.len().max(1) as f32;
+            [wanted.direct[place], room].map(|energy| certainty(energy, wanted.noise[place]))
+        };
+        let heard = (0..2 * bands).filter(|place| wanted.sounds[place % bands]);
+        let sum: f32 = heard.map(|place| sure(place)[0]).sum();
+        let scale = share * self.settings.level * DECIBELS / sum.max(1.0);
         let mut loss = 0.0;
         for (ear, sign) in [-1.0_f32, 1.0].into_iter().enumerate() {
             for band in (0..bands).filter(|band| wanted.sounds[*band]) {
@@ -41,13 +48,14 @@ impl ResponseLoss {
                 let gains = self.weights[band].iter().map(|(k, w)| (*k, *w, 1.0 + sign * found.difference[*k]));
                 let direct: f32 = gains.clone().map(|(k, w, side)| w * (found.mixture[k] * side).powi(2)).sum();
                 let (off, slope) = ratio(direct, wanted.direct[place], FLOOR * energy);
-                loss += f64::from(scale * off);
+                let [of_direct, of_room] = sure(place).map(|sure| scale * sure);
+                loss += f64::from(of_direct * off);
                 for (k, w, side) in gains {
                     let m = found.mixture[k];
-                    by.mixture[k] += 2.0 * scale * slope * w * m * side * side;
-                    by.difference[k] += 2.0 * scale * slope * w * m * m * side * sign;
+                    by.mixture[k] += 2.0 * of_direct * slope * w * m * side * side;
+                    by.difference[k] += 2.0 * of_direct * slope * w * m * m * side * sign;
                 }
-                loss += f64::from(self.room(&wanted.hops[place], FLOOR * energy, (place, band), found, scale, by));
+                loss += f64::from(self.room(&wanted.hops[place], FLOOR * energy, (place, band), found, of_room, by));
             }
         }
         let off_us = 1e6 * (found.delay_s - wanted.delay_s);
@@ -142,6 +150,7 @@ mod tests {
             sounds: vec![true; count],
             direct: (0..2 * count).map(direct).collect(),
             hops: (0..2 * count).map(|place| (0..taps + 40).map(|l| hop(place, l)).collect()).collect(),
+            noise: vec![0.0; 2 * count],
         };
         assert!(loss.of(&same, &at, 1.0, &mut at.clone()) < 1e-3);
         let other = ClipResponse {
@@ -150,6 +159,7 @@ mod tests {
             sounds: (0..count).map(|band| band != 3).collect(),
             direct: values(5, 2 * count),
             hops: (0..2 * count).map(|place| values(6 + place as u64, 4 + place % 5)).collect(),
+            noise: (0..2 * count).map(|place| 0.05 * (place % 4) as f32).collect(),
         };
         let mut by = TransferShape { bins: grid.bins(), bands: count, taps }.silent();
         loss.of(&other, &at, 0.5, &mut by);

@@ -1,9 +1,10 @@
 //! What a clip tells of the room by itself: the response between its dry and its recorded sound, as delays and energies.
 
-use promenade_baker::capture::{Capture, Clip, DIRECT_PRE_ROLL_S};
-use promenade_core::{Bands, StftGrid, TailModel};
+use crate::setup::grid;
+use promenade_baker::capture::{Capture, Clip, DIRECT_PRE_ROLL_S, Split};
+use promenade_core::{Bands, Pose, StftGrid, TailModel};
 use promenade_fourier::Fourier;
-use promenade_metrics::{arrival, deconvolve, slope};
+use promenade_metrics::{arrival, deconvolve};
 use rayon::prelude::*;
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -25,7 +26,7 @@ const OVER_NOISE: f32 = 8.0;
 const SOUNDS: f64 = 1e-3;
 
 /// Hops that a decay is read off, and responses that tell one, at least.
-const FEWEST_HOPS: usize = 10;
+pub(crate) const FEWEST_HOPS: usize = 10;
 const FEWEST_DECAYS: usize = 8;
 
 /// The response of a clip.
@@ -42,6 +43,70 @@ pub(crate) struct ClipResponse {
     /// Energy of a hop, of the noise taken off, `[ear][band][hop]`, the first hop being that of the first tap. A band ends
     /// where it has sunk into the noise.
     pub(crate) hops: Vec<Vec<f32>>,
+    /// Energy of a hop of noise, mean per bin, `[ear][band]`.
+    pub(crate) noise: Vec<f32>,
+}
+
+/// The response of a clip with its uncertainty: what a measurement of it would be.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RecordedResponse {
+    /// What the clip is for.
+    pub split: Split,
+    /// The listener.
+    pub listener: Pose,
+    /// Number of the emitter, where it is known.
+    pub emitter: Option<usize>,
+    /// Both ears, silent before the direct sound.
+    pub ears: [Vec<f32>; 2],
+    /// Variance of what a hop of 5.8 ms has in a band, mean per bin, `[ear][band]` of [`Bands::for_rate`]: what is heard of the
+    /// recording's noise through the inverse of the dry sound's spectrum.
+    pub noise: Vec<f32>,
+}
+
+/// A decay with its uncertainty.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Decay {
+    /// Time in which the energy falls by 60 dB, seconds.
+    pub time_s: f64,
+    /// Its standard error, seconds.
+    pub sd_s: f64,
+}
+
+/// How much a level counts beside one without noise: the inverse of its variance in dB, of which a hop of diffuse sound has as
+/// much by itself as noise of a quarter of its energy adds.
+pub(crate) fn certainty(energy: f32, noise: f32) -> f32 {
+    if energy > 0.0 { energy / (energy + 4.0 * noise) } else { 0.0 }
+}
+
+/// The responses of a capture's clips whose direct sound stands out.
+#[must_use]
+pub fn recorded_responses(capture: &Capture) -> Vec<RecordedResponse> {
+    let (grid, bands) = (grid(capture.sample_rate_hz), Bands::for_rate(capture.sample_rate_hz));
+    let cutter = Cutter::new(&grid, &bands);
+    let one = |clip: &Clip| {
+        let Found { mut ears, centre, noise, .. } = cutter.found(capture, clip)?;
+        let silent = direct_window(&grid, centre).1[0].max(0) as usize;
+        ears.iter_mut().for_each(|ear| ear[..silent].fill(0.0));
+        Some(RecordedResponse { split: clip.split, listener: clip.pose, emitter: capture.emitter_of(clip), ears, noise })
+    };
+    capture.clips.par_iter().filter_map(one).collect()
+}
+
+/// Reverberation times of the octaves from 125 Hz that the training clips tell: means of those of the bands in an octave, each as
+/// sure as it is.
+#[must_use]
+pub fn recorded_decays(capture: &Capture) -> [Option<Decay>; 7] {
+    let (grid, bands) = (grid(capture.sample_rate_hz), Bands::for_rate(capture.sample_rate_hz));
+    let clips: Vec<Clip> = capture.split(Split::Train).cloned().collect();
+    let told = decay_times(&clip_responses(capture, &clips, &grid, &bands), bands.count(), grid.hop_s());
+    std::array::from_fn(|octave| {
+        let middle = 125.0 * 2.0_f32.powi(octave as i32);
+        let inside = |hz: f32| (hz / middle).log2().abs() <= 0.5;
+        let of: Vec<Decay> = bands.centres_hz().iter().zip(&told).filter(|(hz, _)| inside(**hz)).filter_map(|(_, d)| *d).collect();
+        let sure: f64 = of.iter().map(|d| d.sd_s.powi(-2)).sum();
+        let time_s = of.iter().map(|d| d.time_s * d.sd_s.powi(-2)).sum::<f64>() / sure;
+        (sure > 0.0 && sure.is_finite()).then(|| Decay { time_s, sd_s: sure.recip().sqrt() })
+    })
 }
 
 /// The responses of a capture's clips by the clips' names, of those whose direct sound stands out.
@@ -55,27 +120,49 @@ pub(crate) fn clip_responses(capture: &Capture, clips: &[Clip], grid: &StftGrid,
     clips.par_iter().filter_map(one).collect()
 }
 
-/// Reverberation time per band, seconds: the median of the clips' and ears', each by the line through the levels of its hops;
-/// `None` where too few responses have hops enough.
+/// Reverberation time per band: one line for the levels of all clips' and ears' hops, each response with a level of its own and
+/// each level as sure as it is; `None` where too few responses have hops enough.
 #[must_use]
-pub(crate) fn decay_times(responses: &ClipResponses, bands: usize, hop_s: f64) -> Vec<Option<f32>> {
+pub(crate) fn decay_times(responses: &ClipResponses, bands: usize, hop_s: f64) -> Vec<Option<Decay>> {
+    // The order of sums does not depend on that of a map.
+    let mut names: Vec<&String> = responses.keys().collect();
+    names.sort();
     let of_band = |band: usize| {
-        let heard = responses.values().filter(|r| r.sounds[band]);
-        let levels = heard.flat_map(|r| [&r.hops[band], &r.hops[bands + band]]);
-        let mut times: Vec<f64> = levels.filter_map(|hops| decay_time_s(hops, hop_s)).collect();
-        times.sort_by(f64::total_cmp);
-        (times.len() >= FEWEST_DECAYS).then(|| times[times.len() / 2] as f32)
+        let heard = names.iter().map(|name| &responses[*name]).filter(|r| r.sounds[band]);
+        let lines = heard.flat_map(|r| [band, bands + band].map(|place| line(&r.hops[place], r.noise[place])));
+        let lines: Vec<Line> = lines.flatten().collect();
+        (lines.len() >= FEWEST_DECAYS).then(|| decay(&lines, hop_s)).flatten()
     };
     (0..bands).map(of_band).collect()
 }
 
-fn decay_time_s(hops: &[f32], hop_s: f64) -> Option<f64> {
-    if hops.len() < FEWEST_HOPS {
-        return None;
-    }
-    let level = |(l, energy): (usize, &f32)| (*energy > 0.0).then(|| (l as f64 * hop_s, 10.0 * f64::from(*energy).log10()));
-    let points: Vec<(f64, f64)> = hops.iter().enumerate().filter_map(level).collect();
-    slope(&points).filter(|db_per_s| *db_per_s < 0.0).map(|db_per_s| -60.0 / db_per_s)
+/// Weighted sums of a response's levels in dB over its hops, about their means.
+struct Line {
+    hops: f64,
+    square: f64,
+    product: f64,
+    levels: f64,
+}
+
+fn line(hops: &[f32], noise: f32) -> Option<Line> {
+    let heard = hops.iter().enumerate().filter(|(_, energy)| **energy > 0.0);
+    let points: Vec<[f64; 3]> =
+        heard.map(|(l, e)| [l as f64, 10.0 * f64::from(*e).log10(), f64::from(certainty(*e, noise))]).collect();
+    let sum: f64 = points.iter().map(|p| p[2]).sum();
+    let mean = |i: usize| points.iter().map(|p| p[2] * p[i]).sum::<f64>() / sum;
+    let means = [mean(0), mean(1)];
+    let about = |i: usize, j: usize| points.iter().map(|p| p[2] * (p[i] - means[i]) * (p[j] - means[j])).sum::<f64>();
+    let enough = points.len() >= FEWEST_HOPS;
+    enough.then(|| Line { hops: sum, square: about(0, 0), product: about(0, 1), levels: about(1, 1) })
+}
+
+fn decay(lines: &[Line], hop_s: f64) -> Option<Decay> {
+    let sum = |of: fn(&Line) -> f64| lines.iter().map(of).sum::<f64>();
+    let (square, product) = (sum(|l| l.square), sum(|l| l.product));
+    let db_per_hop = product / square;
+    let left = (sum(|l| l.levels) - db_per_hop * product) / (sum(|l| l.hops) - lines.len() as f64).max(1.0);
+    let time_s = -60.0 * hop_s / db_per_hop;
+    (time_s.is_finite() && time_s > 0.0).then(|| Decay { time_s, sd_s: time_s * (left / square).sqrt() / db_per_hop.abs() })
 }
 
 /// Energy that is left after a hop, per band of a tail.
@@ -110,6 +197,17 @@ pub(crate) fn direct_window(grid: &StftGrid, centre: usize) -> (impl Fn(i64) -> 
     (inside, edges)
 }
 
+/// A response that a clip's dry and recorded sound give.
+struct Found {
+    ears: [Vec<f32>; 2],
+    /// Sample of the direct sound, and how much later than the dry sound that is.
+    centre: usize,
+    late: i64,
+    delay_s: f32,
+    sounds: Vec<bool>,
+    noise: Vec<f32>,
+}
+
 /// Cuts responses into the direct sound and hops.
 pub(crate) struct Cutter {
     grid: StftGrid,
@@ -122,8 +220,8 @@ impl Cutter {
         Self { grid: *grid, weights: band_weights(grid, bands), fourier: Fourier::new(grid.n_fft) }
     }
 
-    fn response(&self, capture: &Capture, clip: &Clip) -> Option<ClipResponse> {
-        // Of a mix no response can be found.
+    /// A clip's response as a sound; `None` where none stands out, and of a mix, of which none can be found.
+    fn found(&self, capture: &Capture, clip: &Clip) -> Option<Found> {
         if capture.is_mix(clip) {
             return None;
         }
@@ -140,26 +238,29 @@ impl Cutter {
         let direct = arrival(ears.each_ref().map(|h| &h[..first]), rate).filter(|a| a.clarity_db >= CLEAR_DB)?;
         let centre = (direct.time_s * rate).round() as usize;
         let quiet = (centre.saturating_sub(samples(-DIRECT_S[0]))) / self.grid.hop;
-        let mut out = ClipResponse {
-            late: centre as i64 - before as i64,
-            delay_s: direct.delay_s as f32,
-            sounds: self.sounds(&dry),
-            direct: Vec::new(),
-            hops: Vec::new(),
-        };
+        let mut noise = Vec::new();
         for ear in &ears {
-            out.direct.extend(self.by_band(&self.direct(ear, centre)));
+            let hops: Vec<Vec<f32>> = (0..quiet).map(|l| self.by_band(&self.window(ear, l * self.grid.hop))).collect();
+            noise.extend((0..self.weights.len()).map(|b| hops.iter().map(|hop| hop[b]).sum::<f32>() / quiet.max(1) as f32));
+        }
+        let (late, delay_s) = (centre as i64 - before as i64, direct.delay_s as f32);
+        Some(Found { ears, centre, late, delay_s, sounds: self.sounds(&dry), noise })
+    }
+
+    fn response(&self, capture: &Capture, clip: &Clip) -> Option<ClipResponse> {
+        let Found { ears, centre, late, delay_s, sounds, noise } = self.found(capture, clip)?;
+        let (mut direct, mut all) = (Vec::new(), Vec::new());
+        for (ear, noise) in ears.iter().zip(noise.chunks_exact(self.weights.len())) {
+            direct.extend(self.by_band(&self.direct(ear, centre)));
             let hops = self.hops(ear, centre);
-            let noise: Vec<Vec<f32>> = (0..quiet).map(|l| self.by_band(&self.window(ear, l * self.grid.hop))).collect();
-            for band in 0..self.weights.len() {
-                let floor = noise.iter().map(|hop| hop[band]).sum::<f32>() / quiet.max(1) as f32;
+            for (band, floor) in noise.iter().enumerate() {
                 let energies: Vec<f32> = hops.iter().map(|hop| hop[band]).collect();
                 let loud = |w: &[f32]| w.iter().sum::<f32>() > OVER_NOISE * floor * AVERAGED as f32;
                 let end = energies.windows(AVERAGED).position(|w| !loud(w)).unwrap_or(energies.len());
-                out.hops.push(energies[..end].iter().map(|e| e - floor).collect());
+                all.push(energies[..end].iter().map(|e| e - floor).collect());
             }
         }
-        Some(out)
+        Some(ClipResponse { late, delay_s, sounds, direct, hops: all, noise })
     }
 
     /// Power of one ear's direct sound, per bin.
@@ -218,8 +319,8 @@ impl Cutter {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use promenade_baker::capture::{Split, Track, Voice};
-    use promenade_core::{CameraPath, Keyframe, Pose};
+    use promenade_baker::capture::{Track, Voice};
+    use promenade_core::{CameraPath, Keyframe};
     use promenade_testing::noise;
 
     const RATE: f64 = 16_000.0;
@@ -265,7 +366,8 @@ mod tests {
             assert!(response.direct.iter().all(|e| (10.0 * e.log10()).abs() < 0.5), "{:?}", response.direct);
         }
         for time in decay_times(&responses, bands.count(), grid.hop_s()).iter().skip(2) {
-            assert!((time.unwrap() / t60 - 1.0).abs() < 0.15, "{time:?}");
+            let Decay { time_s, sd_s } = time.unwrap();
+            assert!((time_s / f64::from(t60) - 1.0).abs() < 0.15 && sd_s > 0.0 && sd_s < 0.05, "{time:?}");
         }
     }
 }

@@ -1,6 +1,6 @@
 //! What a training is set up with besides weights: the grid, the room's bands, the anchors, the emitter.
 
-use crate::responses::{ClipResponses, decay_times};
+use crate::responses::{ClipResponses, Decay, decay_times};
 use crate::settings::TrainSettings;
 use promenade_baker::anchors::AnchorSet;
 use promenade_baker::capture::{Capture, reverberation_times};
@@ -59,7 +59,9 @@ impl Setup {
         let told = decay_times(responses, bands.count(), grid.hop_s());
         // What the responses do not tell, the recordings' energies do.
         let blind = if told.iter().any(Option::is_none) { reverberation_times(capture, &grid, &bands) } else { Vec::new() };
-        let or_blind = |(band, time): (usize, Option<f32>)| time.or_else(|| blind[band]).unwrap_or(SILENT_T60_S);
+        let or_blind = |(band, decay): (usize, Option<Decay>)| {
+            decay.map(|decay| decay.time_s as f32).or_else(|| blind[band]).unwrap_or(SILENT_T60_S)
+        };
         let t60_s = told.into_iter().enumerate().map(or_blind).collect();
         let tail = TailModel { seed: settings.seed, t60_s, coherence: diffuse_coherence(&bands) };
         let network = &settings.network;

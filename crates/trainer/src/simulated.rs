@@ -2,7 +2,7 @@
 //! simulated sound as the input of other methods).
 
 use crate::gains::Gains;
-use crate::responses::{ClipResponse, ClipResponses, Cutter, decays};
+use crate::responses::{ClipResponse, ClipResponses, Cutter, FEWEST_HOPS, certainty, decays};
 use promenade_baker::BakeError;
 use promenade_baker::capture::{Capture, Clip, Split};
 use promenade_core::{Bands, Pose, StftGrid, TailModel, TransferFunction, TransferShape};
@@ -17,6 +17,8 @@ pub(crate) const FEATURES: usize = 2 * (1 + STRETCHES.len());
 /// Levels below this are silence, dB, and what levels are divided by on their way into the network.
 const SILENCE_DB: f32 = -80.0;
 const SCALE_DB: f32 = 20.0;
+/// A level is believed up to this, dB.
+const MOST_DB: f32 = 60.0;
 
 /// Both ears' responses of a simulated room to one emitter of the capture, by its number, at each of these poses, at the
 /// capture's sample rate.
@@ -31,18 +33,52 @@ pub(crate) struct Simulated {
 }
 
 /// Those of clips, by the clip's name and the emitter's number.
-#[derive(Default)]
 pub(crate) struct SimulatedClips {
     pub(crate) clips: HashMap<(String, usize), Arc<Simulated>>,
-    /// What responses are multiplied by to have the capture's level.
-    pub(crate) gain: f32,
+    /// What gives responses the capture's level and decay.
+    pub(crate) level: Level,
+}
+
+/// What gives simulated responses the level and the decay of recordings, dB by band.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) struct Level {
+    /// Of the direct sound.
+    direct_db: Vec<f32>,
+    /// Of what follows: at the first hop, and more from hop to hop.
+    room_db: Vec<[f32; 2]>,
+}
+
+impl Level {
+    fn direct(&self, band: usize) -> f32 {
+        10.0_f32.powf(self.direct_db.get(band).map_or(0.0, |db| db.clamp(-MOST_DB, MOST_DB)) / 20.0)
+    }
+
+    /// Of the direct sound, by bin.
+    fn by_bin(&self, grid: &StftGrid, bands: &Bands) -> Vec<f32> {
+        let of = |k: usize| bands.weights(grid.bin_hz(k) as f32).into_iter().map(|(b, w)| w * self.direct(b)).sum();
+        (0..grid.bins()).map(of).collect()
+    }
+
+    fn hop(&self, hop: usize, band: usize) -> f32 {
+        let db = self.room_db.get(band).map_or(0.0, |[first, more]| first + more * hop as f32);
+        10.0_f32.powf(db.clamp(-MOST_DB, MOST_DB) / 20.0)
+    }
+}
+
+/// Powers of a simulated response: of each ear's direct sound by bin, and of what follows, `[hop][band]`.
+struct Powers {
+    direct: [Vec<f32>; 2],
+    hops: [Vec<Vec<f32>>; 2],
+    centre: usize,
+    delay_s: f32,
 }
 
 /// Makes them of responses.
 pub(crate) struct Simulation {
     cutter: Cutter,
     shape: TransferShape,
-    rate_hz: f64,
+    grid: StftGrid,
+    bands: Bands,
     /// Energy left after a hop, per band.
     decay: Vec<f32>,
     /// Bin and band of each query.
@@ -59,14 +95,14 @@ impl Simulation {
         Self {
             cutter: Cutter::new(grid, bands),
             shape: TransferShape { bins: grid.bins(), bands: bands.count(), taps },
-            rate_hz: grid.sample_rate_hz,
+            grid: *grid,
+            bands: bands.clone(),
             decay: decays(grid, tail),
             queries: queries.centres_hz().iter().map(place).collect(),
         }
     }
 
-    /// Of the voices of clips, whose levels are then brought to those of the recordings by one gain: the median over what the
-    /// training clips tell.
+    /// Of the voices of clips, whose levels and decays are then brought to what the training clips tell.
     pub(crate) fn of_clips<'c>(
         &self,
         capture: &Capture,
@@ -85,39 +121,92 @@ impl Simulation {
                 wanted.entry(emitter).or_default().insert(&clip.name, (clip.pose, clip.split == Split::Train));
             }
         }
-        let mut out = SimulatedClips { gain: 1.0, clips: HashMap::new() };
-        let mut ratios = Vec::new();
+        let mut all = Vec::new();
         for (emitter, clips) in wanted {
             let poses: Vec<Pose> = clips.values().map(|(pose, _)| *pose).collect();
             for ((name, (_, learns)), ears) in clips.into_iter().zip(simulate(emitter, &poses)?) {
-                let (simulated, _) = self.of(&ears, 1.0);
-                ratios.extend(responses.get(name).filter(|_| learns).and_then(|r| simulated.power_ratio(r)));
-                out.clips.insert((name.to_owned(), emitter), Arc::new(simulated));
+                let told = responses.get(name).filter(|_| learns);
+                all.push(((name.to_owned(), emitter), self.powers(&ears), told));
             }
         }
-        ratios.sort_by(f32::total_cmp);
-        if let Some(median) = ratios.get(ratios.len() / 2) {
-            out.gain = median.sqrt();
-            out.clips.values_mut().for_each(|clip| Arc::make_mut(clip).amplify(out.gain));
-        }
-        Ok(out)
+        let level = self.level(all.iter().filter_map(|(_, powers, told)| Some((powers, &***told.as_ref()?))));
+        let clips = all.into_iter().map(|(name, powers, _)| (name, Arc::new(self.levelled(powers, &level)))).collect();
+        Ok(SimulatedClips { clips, level })
     }
 
-    /// Of both ears' response times a gain, and the sample of its direct sound. Where none stands out, the loudest.
-    pub(crate) fn of(&self, ears: &[Vec<f32>; 2], gain: f32) -> (Simulated, usize) {
-        let found = arrival(ears.each_ref().map(Vec::as_slice), self.rate_hz);
+    /// Level and decay of what clips tell over what is simulated for them: by band the weighted mean of the direct sounds' and a
+    /// line over the hops. Bands that no clip tells of have the mean of the others.
+    fn level<'p>(&self, pairs: impl Iterator<Item = (&'p Powers, &'p ClipResponse)>) -> Level {
+        let count = self.bands.count();
+        let mut direct = vec![[0.0_f32; 2]; count];
+        // Energies as told and as simulated, and their weights, `[band][hop]`.
+        let mut hops: Vec<Vec<[f32; 3]>> = vec![Vec::new(); count];
+        for (powers, told) in pairs {
+            for (ear, all) in powers.hops.iter().enumerate() {
+                let own = self.cutter.by_band(&powers.direct[ear]);
+                for band in (0..count).filter(|band| told.sounds[*band]) {
+                    let place = ear * count + band;
+                    let noise = told.noise[place];
+                    let sure = certainty(told.direct[place], noise);
+                    if own[band] > 0.0 && sure > 0.0 {
+                        direct[band][0] += sure * 10.0 * (told.direct[place] / own[band]).log10();
+                        direct[band][1] += sure;
+                    }
+                    let row = &mut hops[band];
+                    row.resize(row.len().max(told.hops[place].len()), [0.0; 3]);
+                    for ((sum, hop), own) in row.iter_mut().zip(&told.hops[place]).zip(all) {
+                        let sure = certainty(*hop, noise);
+                        *sum = [sum[0] + sure * hop, sum[1] + sure * own[band], sum[2] + sure];
+                    }
+                }
+            }
+        }
+        let mean = |of: &[f32]| of.iter().sum::<f32>() / of.len().max(1) as f32;
+        let known: Vec<f32> = direct.iter().filter(|d| d[1] > 0.0).map(|d| d[0] / d[1]).collect();
+        let lines: Vec<Option<[f32; 2]>> = hops.iter().map(|row| fitted_line(row)).collect();
+        let told: Vec<[f32; 2]> = lines.iter().flatten().copied().collect();
+        let other = [0, 1].map(|i| mean(&told.iter().map(|line| line[i]).collect::<Vec<f32>>()));
+        Level {
+            direct_db: direct.iter().map(|d| if d[1] > 0.0 { d[0] / d[1] } else { mean(&known) }).collect(),
+            room_db: lines.into_iter().map(|line| line.unwrap_or(other)).collect(),
+        }
+    }
+
+    /// Of both ears' response. Where no direct sound stands out, the loudest sample is it.
+    fn powers(&self, ears: &[Vec<f32>; 2]) -> Powers {
+        let rate_hz = self.grid.sample_rate_hz;
+        let found = arrival(ears.each_ref().map(Vec::as_slice), rate_hz);
         let loudest = || {
             let both = ears[0].iter().zip(&ears[1]).map(|(l, r)| l * l + r * r);
             both.enumerate().max_by(|a, b| a.1.total_cmp(&b.1)).map_or(0, |(i, _)| i)
         };
-        let centre = found.map_or_else(loudest, |a| (a.time_s * self.rate_hz).round() as usize);
+        let centre = found.map_or_else(loudest, |a| (a.time_s * rate_hz).round() as usize);
         let direct = ears.each_ref().map(|ear| self.cutter.direct(ear, centre));
         let hops = ears.each_ref().map(|ear| self.cutter.hops(ear, centre));
+        Powers { direct, hops, centre, delay_s: found.map_or(0.0, |a| a.delay_s as f32) }
+    }
+
+    /// Of both ears' response with a level, and the sample of its direct sound.
+    pub(crate) fn of(&self, ears: &[Vec<f32>; 2], level: &Level) -> (Simulated, usize) {
+        let powers = self.powers(ears);
+        let centre = powers.centre;
+        (self.levelled(powers, level), centre)
+    }
+
+    fn levelled(&self, powers: Powers, level: &Level) -> Simulated {
+        let Powers { mut direct, mut hops, delay_s, .. } = powers;
+        for power in &mut direct {
+            let gains = level.by_bin(&self.grid, &self.bands);
+            power.iter_mut().zip(gains).for_each(|(power, gain)| *power *= gain * gain);
+        }
+        for (l, hop) in hops.iter_mut().flat_map(|ear| ear.iter_mut().enumerate()) {
+            hop.iter_mut().enumerate().for_each(|(band, power)| *power *= level.hop(l, band).powi(2));
+        }
         let mut transfer = self.shape.silent();
         for (k, (left, right)) in direct[0].iter().zip(&direct[1]).enumerate() {
             (transfer.mixture[k], transfer.difference[k]) = masks([left.sqrt(), right.sqrt()]);
         }
-        transfer.delay_s = found.map_or(0.0, |a| a.delay_s as f32);
+        transfer.delay_s = delay_s;
         let TransferShape { bands, taps, .. } = self.shape;
         for (ear, hops) in hops.iter().enumerate() {
             for band in 0..bands {
@@ -130,9 +219,7 @@ impl Simulation {
                 transfer.late[place] = (rest * (1.0 - self.decay[band])).sqrt();
             }
         }
-        let mut simulated = Simulated { features: self.features(&direct, &hops), transfer };
-        simulated.amplify(gain);
-        (simulated, centre)
+        Simulated { features: self.features(&direct, &hops), transfer }
     }
 
     fn features(&self, direct: &[Vec<f32>; 2], hops: &[Vec<Vec<f32>>; 2]) -> Vec<f32> {
@@ -152,50 +239,29 @@ impl Simulation {
 }
 
 impl Simulated {
-    /// All gains times one.
-    fn amplify(&mut self, gain: f32) {
-        let TransferFunction { mixture, taps, late, .. } = &mut self.transfer;
-        mixture.iter_mut().chain(taps).chain(late).for_each(|g| *g *= gain);
-        let levels = 20.0 * gain.log10() / SCALE_DB;
-        self.features.iter_mut().for_each(|level| *level += levels);
-    }
-
-    /// Power of a clip's response over this one's, direct sound and the room's hops that the clip tells of.
-    fn power_ratio(&self, told: &ClipResponse) -> Option<f32> {
-        let bands = told.sounds.len();
-        let row = 2 * bands;
-        let (mut measured, mut simulated) = (0.0, 0.0);
-        for place in (0..row).filter(|place| told.sounds[place % bands]) {
-            for (l, hop) in told.hops[place].iter().enumerate().take(self.transfer.taps.len() / row) {
-                measured += hop.max(0.0);
-                simulated += self.transfer.taps[l * row + place].powi(2);
-            }
-        }
-        (simulated > 0.0 && measured > 0.0).then(|| measured / simulated)
-    }
-
-    /// The response that this was made of, direct sound at a sample, with the gains by which a corrected transfer function
-    /// differs from it.
+    /// The response that this was made of, direct sound at a sample, with its level and the gains by which a corrected transfer
+    /// function differs from it.
     pub(crate) fn reshaped(
         &self,
         ears: &[Vec<f32>; 2],
         centre: usize,
-        gain: f32,
+        level: &Level,
         corrected: &TransferFunction,
         (grid, bands): (&StftGrid, &Bands),
     ) -> [Vec<f32>; 2] {
-        let ratio = |new: f32, old: f32| gain * if old > 0.0 { new / old } else { 1.0 };
+        let ratio = |new: f32, old: f32| if old > 0.0 { new / old } else { 1.0 };
         let count = bands.count();
         let taps = self.transfer.taps.len() / (2 * count);
         std::array::from_fn(|ear| {
             let side = |t: &TransferFunction, k: usize| self::ears(t.mixture[k], t.difference[k])[ear];
-            let direct = (0..grid.bins()).map(|k| ratio(side(corrected, k), side(&self.transfer, k))).collect();
+            let gains = level.by_bin(grid, bands).into_iter().enumerate();
+            let direct = gains.map(|(k, gain)| gain * ratio(side(corrected, k), side(&self.transfer, k))).collect();
             let tap = |l: usize, band: usize| {
                 let place = ear * count + band;
                 let of = |t: &TransferFunction| if l < taps { t.taps[l * 2 * count + place] } else { t.late[place] };
-                ratio(of(corrected), of(&self.transfer))
+                level.hop(l, band) * ratio(of(corrected), of(&self.transfer))
             };
-            let hops = (0..=taps).map(|l| (0..count).map(|band| tap(l, band)).collect()).collect();
+            let hops = (0..=taps.max(ears[ear].len() / grid.hop)).map(|l| (0..count).map(|band| tap(l, band)).collect()).collect();
             Gains { direct, hops }.applied(&ears[ear], centre, grid, bands)
         })
     }
@@ -235,6 +301,19 @@ impl Simulated {
         by.late.iter_mut().zip(&self.transfer.late).for_each(|(by, own)| *by *= own);
         by.delay_s = 0.0;
     }
+}
+
+/// Level in dB at the first hop, and more from hop to hop, of energies over others, `[hop][one, other, weight]`; `None` of too
+/// few hops.
+fn fitted_line(hops: &[[f32; 3]]) -> Option<[f32; 2]> {
+    let heard = hops.iter().enumerate().filter(|(_, [told, own, _])| *told > 0.0 && *own > 0.0);
+    let points: Vec<[f32; 3]> = heard.map(|(l, [told, own, sure])| [l as f32, 10.0 * (told / own).log10(), *sure]).collect();
+    let sum: f32 = points.iter().map(|p| p[2]).sum();
+    let mean = |i: usize| points.iter().map(|p| p[2] * p[i]).sum::<f32>() / sum;
+    let (at, db) = (mean(0), mean(1));
+    let slope = points.iter().map(|p| p[2] * (p[0] - at) * (p[1] - db)).sum::<f32>()
+        / points.iter().map(|p| p[2] * (p[0] - at).powi(2)).sum::<f32>();
+    (points.len() >= FEWEST_HOPS).then_some([db - slope * at, slope])
 }
 
 /// Both ears' gains of a mixture and a difference mask.

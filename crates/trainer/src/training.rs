@@ -8,18 +8,18 @@ use crate::responses::{ClipResponses, clip_responses};
 use crate::scene::scene;
 use crate::settings::TrainSettings;
 use crate::setup::{Setup, fingerprint, grid, in_cloud};
-use crate::simulated::{Simulate, SimulatedClips, Simulation};
+use crate::simulated::{Level, Simulate, SimulatedClips, Simulation};
 use crate::weights::{AdamW, Arrays, start};
 use burn::tensor::{Device, Tensor, TensorData};
 use promenade_baker::BakeError;
 use promenade_baker::anchors::AnchorSet;
 use promenade_baker::capture::{Capture, Clip, Split, Voice};
+use promenade_baker::evaluate::{EvaluateOptions, Figure, Figures, evaluate};
 use promenade_core::glam::Vec3;
 use promenade_core::network::{CloudEmitter, HEAD_RADIUS_M};
 use promenade_core::random::Random;
 use promenade_core::{Bands, Pose, Provenance, Scene, SceneError, TransferFunction};
-use promenade_metrics::avcloud;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashMap};
 use std::sync::Arc;
 
 /// Seconds of dry sound before a clip whose reverberation reaches into it.
@@ -39,17 +39,6 @@ pub struct StepReport {
     pub gradient_norm: f32,
     /// Learning rate.
     pub rate: f32,
-}
-
-/// Mean distances of clips from their recordings, as AV-Cloud defines them.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Scores {
-    /// MAG, linear magnitudes.
-    pub mag: f64,
-    /// LRE, dB.
-    pub lre_db: f64,
-    /// ENV.
-    pub env: f64,
 }
 
 /// A training under way.
@@ -103,7 +92,7 @@ impl<'a> Trainer<'a> {
         Ok(Self {
             fingerprint: fingerprint(capture, &setup),
             responses,
-            simulated: SimulatedClips::default(),
+            simulated: SimulatedClips { clips: HashMap::new(), level: Level::default() },
             simulation: None,
             clips: shifted_clips(capture, &settings),
             capture,
@@ -184,13 +173,16 @@ impl<'a> Trainer<'a> {
     }
 
     /// Looks at the test clips and adds a point to the curve.
-    pub fn note(&mut self) -> CurvePoint {
-        let Scores { mag, lre_db, env } = self.look(Split::Test);
+    ///
+    /// # Errors
+    /// Weights that make no scene, and a rate that cannot be rendered.
+    pub fn note(&mut self) -> Result<CurvePoint, BakeError> {
+        let test = self.look()?;
         let loss = self.losses.iter().sum::<f64>() / self.losses.len().max(1) as f64;
         self.losses.clear();
-        let point = CurvePoint { step: self.optimiser.steps, loss, test: [mag, lre_db, env] };
+        let point = CurvePoint { step: self.optimiser.steps, loss, test };
         self.curve.push(point);
-        point
+        Ok(point)
     }
 
     /// The scene of the weights as they are, of the capture's first emitter.
@@ -259,32 +251,37 @@ impl<'a> Trainer<'a> {
     #[must_use]
     pub fn refined(&mut self, pose: &Pose, emitter: Vec3, ears: &[Vec<f32>; 2]) -> Option<[Vec<f32>; 2]> {
         let simulation = self.simulation.as_ref()?;
-        let gain = self.simulated.gain;
-        let (own, centre) = simulation.of(ears, gain);
+        let level = self.simulated.level.clone();
+        let (own, centre) = simulation.of(ears, &level);
         let (own, emitter) = (Arc::new(own), CloudEmitter::with_sphere(emitter, HEAD_RADIUS_M));
         let voice = ExampleVoice { dry: Vec::new(), emitter: Some(emitter), simulated: Some(own.clone()) };
         let corrected = self.filters(pose, voice);
-        Some(own.reshaped(ears, centre, gain, &corrected, (&self.setup.grid, &self.setup.bands)))
+        Some(own.reshaped(ears, centre, &level, &corrected, (&self.setup.grid, &self.setup.bands)))
     }
 
-    /// Renders clips of a split with the weights as they are, and compares.
-    #[must_use]
-    pub fn look(&mut self, split: Split) -> Scores {
-        let clips: Vec<&Clip> = self.capture.split(split).collect();
-        let mut sum = Scores::default();
-        let mut count = 0.0;
-        for clips in clips.chunks(self.settings.batch.max(1)) {
-            let examples: Vec<_> = clips.iter().map(|c| self.example(c)).collect();
-            for ([left, right], example) in self.render(&examples).iter().zip(&examples) {
-                let (got, want) = ([&left[..], &right[..]], example.binaural);
-                let of = (avcloud::mag(got, want), avcloud::lre_db(got, want), avcloud::env(got, want));
-                if let (Ok(mag), Ok(lre), Ok(env)) = of {
-                    (sum.mag, sum.lre_db, sum.env) = (sum.mag + mag, sum.lre_db + lre, sum.env + env);
-                    count += 1.0;
-                }
+    /// MAG, LRE and ENV of the test clips as [`evaluate`] has them: of the scene as it is played, or of what a network makes of a
+    /// simulation, which its scene is baked from.
+    ///
+    /// # Errors
+    /// Those of [`Self::scene`] and of [`evaluate`].
+    fn look(&mut self) -> Result<[f64; 3], BakeError> {
+        let mean = if self.simulation.is_none() {
+            let scene = Arc::new(self.scene(Provenance::default())?);
+            evaluate(&scene, self.capture, &EvaluateOptions::default())?.methods[0].mean
+        } else {
+            let clips: Vec<&Clip> = self.capture.split(Split::Test).collect();
+            let mut all = Vec::new();
+            for clips in clips.chunks(self.settings.batch.max(1)) {
+                let examples: Vec<_> = clips.iter().map(|clip| self.example(clip)).collect();
+                let heard = self.render(&examples);
+                let of = |([left, right], example): (&[Vec<f32>; 2], &Example<'_>)| {
+                    Figures::of([left, right], example.binaural, None, self.capture.sample_rate_hz)
+                };
+                all.extend(heard.iter().zip(&examples).map(of));
             }
-        }
-        Scores { mag: sum.mag / count, lre_db: sum.lre_db / count, env: sum.env / count }
+            Figures::mean(all.iter())
+        };
+        Ok([Figure::AvcloudMag, Figure::AvcloudLre, Figure::AvcloudEnv].map(|figure| mean.get(figure).unwrap_or(f64::NAN)))
     }
 
     /// Both ears' sound of examples.

@@ -17,7 +17,7 @@ pub type Arrays = BTreeMap<String, Tensor>;
 const QUERY_OCTAVES: usize = 10;
 const QUERY_HIGHEST: f32 = 1024.0;
 
-/// How large the weights of taps that correct a simulation are at the start.
+/// How large the weights of gains that correct a simulation are at the start.
 const QUIET: f32 = 0.02;
 
 /// Factors of a positional encoding, from 1 to `highest` in even ratios.
@@ -105,6 +105,11 @@ pub(crate) fn start(settings: &TrainSettings, setup: &Setup) -> Arrays {
     }
     s.linear("diff_prj", 1, width);
     s.fill("diff_prj.bias", &[1], 0.0);
+    if settings.network.simulated {
+        for name in ["mix_prj.weight", "diff_prj.weight"] {
+            s.arrays.entry(name.to_owned()).and_modify(|t| t.values.iter_mut().for_each(|w| *w *= QUIET));
+        }
+    }
     if !setup.emitters.is_empty() && !settings.network.simulated {
         s.fill(DELAY, &[DELAY_SHAPES], 0.0);
     }

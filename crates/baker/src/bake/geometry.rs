@@ -113,7 +113,7 @@ pub fn bake_corrected(
     (mesh, room, source): (&Mesh, &Room, &Source),
     hrtf: &Hrtf,
     options: &GeometryOptions,
-    responses: &[CorrectedResponse],
+    (responses, is_levelled): (&[CorrectedResponse], bool),
     about: Provenance,
 ) -> Result<Scene, BakeError> {
     if responses.is_empty() {
@@ -122,7 +122,10 @@ pub fn bake_corrected(
     let head = scene_head(hrtf)?;
     let options = GeometryOptions { waves_hz: Some(0.0), ..options.clone() };
     let mut surfaces = surfaces(mesh, room, source, (hrtf, &head), &options, |_| ())?;
-    correct(&mut surfaces, responses, &head, options.air);
+    let level = correct(&mut surfaces, responses, &head, options.air);
+    if is_levelled {
+        surfaces.gain *= level.sqrt();
+    }
     let notes = [about.notes, surfaces.provenance.notes].concat();
     let (credit, licence) = (joined(&about.credit, &hrtf.credit), joined(&about.licence, &hrtf.licence));
     surfaces.provenance = Provenance { notes, credit, licence, ..about };

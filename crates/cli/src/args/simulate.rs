@@ -36,7 +36,7 @@ pub(crate) enum Simulate {
 }
 
 /// A mesh, its materials and its source.
-#[derive(Debug, Args)]
+#[derive(Clone, Debug, Args)]
 pub(crate) struct RoomArgs {
     /// Mesh of the room: .obj, .stl, .ply, .glb or .gltf
     #[arg(value_name = "ROOM")]
@@ -79,6 +79,9 @@ pub(crate) struct RunArgs {
     /// Head: free-field responses all around it, a SOFA file or a set of responses
     #[arg(long, value_name = "FILE.sofa")]
     pub(crate) head: PathBuf,
+    /// A further emitter, whose responses go into the same set at the same level; may be given more than once
+    #[arg(long, value_name = "X,Y,Z", value_parser = parse_point, allow_hyphen_values = true, conflicts_with = "part")]
+    pub(crate) further: Vec<Vec3>,
     /// Walk of the listener in the room's coordinates, any form of camera path; without it or other places, random poses
     #[arg(long, value_name = "WALK")]
     pub(crate) path: Option<PathBuf>,

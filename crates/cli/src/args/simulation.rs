@@ -11,7 +11,7 @@ use std::path::PathBuf;
 pub(crate) struct SimulationArgs {
     /// Mesh of a coarse or fitted room, whose sound the network is given and corrects; materials are those of --materials, of
     /// a file that a fit has left beside it, or of the groups' names
-    #[arg(long, value_name = "ROOM")]
+    #[arg(long, visible_alias = "room", value_name = "ROOM")]
     pub(crate) simulate: Option<PathBuf>,
     #[command(flatten)]
     pub(crate) world: MeshArgs,

@@ -14,9 +14,9 @@ pub(crate) struct TrainArgs {
     /// Captures of one place to learn from: folders, or manifests ending in .json
     #[arg(required = true, value_name = "CAPTURE")]
     pub(crate) captures: Vec<PathBuf>,
-    /// Anchors of the place, as `promenade anchors` writes them
-    #[arg(long, value_name = "FILE")]
-    pub(crate) anchors: PathBuf,
+    /// Anchors of the place, as `promenade anchors` writes them [default with --simulate: of the box around the room]
+    #[arg(long, value_name = "FILE", required_unless_present = "simulate")]
+    pub(crate) anchors: Option<PathBuf>,
     /// Scene file to write; the training is kept beside it, ending in .training, and goes on from there when it was stopped
     #[arg(short, long, value_name = "SCENE")]
     pub(crate) output: PathBuf,

@@ -34,8 +34,11 @@ pub(super) fn run(args: &SimulateBoxArgs) -> Result<()> {
         return Ok(());
     }
     let bar = report::Bar::new("simulating", 1.0);
-    let done = |share| bar.at(share);
-    let made = simulate_box(&walls, args.emitter, &run.head.1, &poses, &run.options(), done)?;
+    let count = (1 + args.run.further.len()) as f64;
+    let made = run.of_each(args.emitter, |at, from| {
+        let done = |share| bar.at(from + share / count);
+        Ok(simulate_box(&walls, at, &run.head.1, &poses, &run.options(), done)?)
+    })?;
     drop(bar);
     let Simulated { mut responses, images, rays, .. } = made;
     responses.notes.push(run.note(rays));

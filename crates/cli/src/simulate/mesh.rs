@@ -38,8 +38,14 @@ pub(super) fn run(of: &RoomArgs, args: &SimulateMeshArgs, run: &RunArgs, air: Ai
         return Ok(());
     }
     let bar = report::Bar::new("simulating", 1.0);
-    let done = |share| bar.at(share);
-    let made = simulate_mesh(&mesh, &room, &source, &run.head.1, &poses, &run.options(), done)?;
+    let count = (1 + run.args.further.len()) as f64;
+    let made = run.of_each(of.source, |at, from| {
+        if size.volume_m3.is_some() {
+            within("--further", &room, &mesh, at)?;
+        }
+        let (done, source) = (|share| bar.at(from + share / count), self::source(&RoomArgs { source: at, ..of.clone() })?);
+        Ok(simulate_mesh(&mesh, &room, &source, &run.head.1, &poses, &run.options(), done)?)
+    })?;
     drop(bar);
     let Simulated { mut responses, late, images, rays, crossover_hz, rings_s } = made;
     responses.title = title;

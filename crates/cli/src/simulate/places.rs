@@ -3,15 +3,21 @@
 use super::room::{room, source, within};
 use crate::args::{RoomArgs, SimulationArgs};
 use crate::hrtf;
+use crate::t20::described;
 use anyhow::{Context, Result};
 use promenade_acoustics::{Mesh, Room, Source};
+use promenade_baker::anchors::{AnchorOptions, AnchorSet, WALL_COLOURS, box_points};
 use promenade_baker::capture::Emitter;
 use promenade_baker::geometry::{CorrectedResponse, GeometryOptions, bake_corrected};
 use promenade_baker::simulation::{Hrtf, Inside, MeshOptions, Part, grid, scene_spacing_m, simulate_mesh, turned};
-use promenade_baker::{BakeError, Response, Responses};
+use promenade_baker::wav::{self, Format};
+use promenade_baker::{BakeError, FileError, Response, Responses, sound};
 use promenade_core::glam::Vec3;
+use promenade_core::network::Placement;
 use promenade_core::{Pose, Provenance, Scene};
-use promenade_room::PLAYED_IMAGES;
+use promenade_fit::MaterialsBeside;
+use promenade_room::{Matched, PLAYED_IMAGES, Some7, match_room_t20};
+use std::hash::{DefaultHasher, Hash, Hasher};
 use std::path::{Path, PathBuf};
 
 /// Beams that search the image sources, as `simulate` has them.
@@ -23,6 +29,11 @@ const TURNS: usize = 4;
 /// Turns of the head that a scene stores what comes from one side for, as `simulate` has them.
 const HEAD_TURNS: usize = 6;
 const HEIGHT_M: f32 = 1.5;
+/// Places of the listener at most whose decays are matched.
+const DECAY_PLACES: usize = 12;
+/// Anchors of a room, and their voxels, metres.
+const ANCHORS: usize = 64;
+const ANCHOR_VOXEL_M: f32 = 0.25;
 
 /// A room with the emitters of recordings in it.
 pub(crate) struct Places {
@@ -31,6 +42,7 @@ pub(crate) struct Places {
     hrtf: Hrtf,
     sources: Vec<Source>,
     options: MeshOptions,
+    rate_hz: u32,
 }
 
 /// A head whose ears hear the same from everywhere: a microphone in its middle.
@@ -93,7 +105,7 @@ impl Places {
             seed,
             part: Part::WHOLE,
         };
-        Ok(Some(Self { mesh, room, hrtf, sources, options }))
+        Ok(Some(Self { mesh, room, hrtf, sources, options, rate_hz }))
     }
 
     /// Both ears' responses to an emitter, by its number, at poses; `done` is given the share of the emitters that is done.
@@ -109,12 +121,72 @@ impl Places {
         Ok(made.responses.responses.into_iter().map(|r| [r.left, r.right]).collect())
     }
 
-    /// The scene of an emitter, by its number, whose responses at places all over the room are changed by `refined`.
+    /// Gives the walls the reverberation times that are told at places of the listener, by octave: each surface absorbs more or
+    /// less in the same proportion.
+    pub(crate) fn match_decays(&mut self, wanted_s: &Some7, listeners: &[Vec3]) -> Result<Matched> {
+        let every = listeners.len().div_ceil(DECAY_PLACES).max(1);
+        let at: Vec<[f64; 3]> = listeners.iter().step_by(every).map(|p| p.as_dvec3().to_array()).collect();
+        let of = (&self.sources[0], &at[..]);
+        let air = self.options.air.unwrap_or_default();
+        let (matched, room) = match_room_t20((&self.mesh, &self.room), air, of, wanted_s, self.options.seed)?;
+        self.room = room;
+        Ok(matched)
+    }
+
+    /// Anchors of the box around the room.
+    pub(crate) fn anchors(&self) -> Result<AnchorSet> {
+        let [low, high] = self.mesh.bounds().map(|at| Vec3::from(at.map(|x| x as f32)));
+        let mut points = box_points(high - low, ANCHOR_VOXEL_M, &WALL_COLOURS)?;
+        points.iter_mut().for_each(|point| point.position += low);
+        let options = AnchorOptions { count: ANCHORS, voxel_m: ANCHOR_VOXEL_M, seed: self.options.seed, ..AnchorOptions::default() };
+        Ok(AnchorSet::from_points(&points, Placement::IDENTITY, &options)?.0)
+    }
+
+    /// The mesh with its groups' materials, as `simulate` reads them.
+    pub(crate) fn files(&self, made: &str) -> (String, MaterialsBeside) {
+        let materials = self.mesh.groups.iter().zip(self.room.materials());
+        let materials = materials.map(|(group, material)| (group.clone(), described(material))).collect();
+        (self.mesh.to_obj(), MaterialsBeside { made: made.to_owned(), materials, source: None })
+    }
+
+    /// The responses of [`Self::ears`] from a folder, where they are once they were made.
+    pub(crate) fn kept_ears(
+        &self,
+        folder: &Path,
+        emitter: usize,
+        poses: &[Pose],
+        done: impl Fn(f64) + Sync,
+    ) -> Result<Vec<[Vec<f32>; 2]>, BakeError> {
+        let mut key = DefaultHasher::new();
+        let room = (&self.mesh, self.room.materials(), &self.sources[emitter], &self.options, self.hrtf.directions());
+        format!("{room:?} {poses:?}").hash(&mut key);
+        let file = folder.join(format!("emitter-{}-{:016x}.wav", emitter + 1, key.finish()));
+        if !file.is_file() {
+            let made = self.ears(emitter, poses, done)?;
+            let all = [0, 1].map(|ear| made.iter().flat_map(|ears| ears[ear].iter().copied()).collect::<Vec<f32>>());
+            std::fs::create_dir_all(folder).map_err(FileError::write(folder))?;
+            wav::write(&file, self.rate_hz, &all.each_ref().map(Vec::as_slice), Format::Float32)?;
+            return Ok(made);
+        }
+        let kept = sound::read(&file)?;
+        let length = kept.frames() / poses.len().max(1);
+        let [left, right] = match &kept.channels[..] {
+            [left, right] if length > 0 && left.len() == length * poses.len() => [left, right],
+            _ => {
+                let found = format!("{} channels of {} samples", kept.channels.len(), kept.frames());
+                return Err(BakeError::content(&file, format!("both ears' responses at {} places", poses.len()), found));
+            }
+        };
+        Ok(left.chunks_exact(length).zip(right.chunks_exact(length)).map(|(l, r)| [l.to_vec(), r.to_vec()]).collect())
+    }
+
+    /// The scene of an emitter, by its number, whose responses at places all over the room are changed by `refined`; with their
+    /// level, or with that of the simulated room.
     pub(crate) fn scene(
         &self,
         emitter: usize,
         about: Provenance,
-        seed: u64,
+        (seed, is_levelled): (u64, bool),
         mut refined: impl FnMut(&Pose, &[Vec<f32>; 2]) -> Result<[Vec<f32>; 2]>,
     ) -> Result<Scene> {
         let at = Vec3::from(self.sources[emitter].position.map(|x| x as f32));
@@ -142,6 +214,6 @@ impl Places {
             recipe: String::new(),
         };
         let room = (&self.mesh, &self.room, &self.sources[emitter]);
-        Ok(bake_corrected(room, &self.hrtf, &options, &responses, about)?)
+        Ok(bake_corrected(room, &self.hrtf, &options, (&responses, is_levelled), about)?)
     }
 }

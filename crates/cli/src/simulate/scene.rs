@@ -24,9 +24,9 @@ pub(super) fn write(
 ) -> Result<()> {
     let began = Instant::now();
     let places = run.path.is_some() || !args.at.is_empty() || run.poses.is_some() || args.turns.is_some();
-    if places || run.part.is_some() {
+    if places || run.part.is_some() || !run.further.is_empty() {
         bail!(
-            "{}: expected --grid alone for the places of a scene, found --at, --path, --poses, --turns or --part",
+            "{}: expected --grid alone for the places of a scene, found --at, --path, --poses, --turns, --part or --further",
             args.output.display()
         );
     }
@@ -60,8 +60,9 @@ const SCENE_HZ: u32 = 48_000;
 pub(super) fn write_box(args: &SimulateBoxArgs) -> Result<()> {
     let began = Instant::now();
     let run = &args.run;
-    if run.part.is_some() || run.path.is_some() || run.poses.is_some() || run.length.is_some() || !args.clips.dry.is_empty() {
-        bail!("{}: expected no --path, --poses, --length, --part or --dry for a scene", args.output.display());
+    if run.part.is_some() || run.path.is_some() || run.poses.is_some() || run.length.is_some() || !args.clips.dry.is_empty()
+        || !run.further.is_empty() {
+        bail!("{}: expected no --path, --poses, --length, --part, --further or --dry for a scene", args.output.display());
     }
     let rate = args.rate.unwrap_or(SCENE_HZ);
     let (_, hrtf) = head_of(run, rate, [None; 2])?;
@@ -112,7 +113,7 @@ fn written(output: &Path, made: &Scene, began: Instant) -> Result<()> {
 
 /// The options that all scenes have. Every field is named, so that none is forgotten.
 fn of_run(run: &RunArgs, air: AirArgs) -> String {
-    let RunArgs { head, path: _, poses: _, length: _, waves, gain, seed, part: _ } = run;
+    let RunArgs { head, further: _, path: _, poses: _, length: _, waves, gain, seed, part: _ } = run;
     let waves = waves.map_or(String::new(), |hz| format!(" --waves {hz}"));
     let gain = if *gain == 0.0 { String::new() } else { format!(" --gain {gain}") };
     format!(" --head {} --seed {seed}{air}{waves}{gain}", report::file_name(head))

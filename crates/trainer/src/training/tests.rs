@@ -164,11 +164,11 @@ fn a_simulation_begins_as_it_is_and_a_mix_is_the_sum_of_its_voices() {
     let example = trainer.example(clip);
     let ears = simulated(0, &[clip.pose]).unwrap().remove(0);
     let refined = trainer.refined(&clip.pose, mix.emitters[0].position, &ears).unwrap();
-    // Before the first step the network is nearly silent: what is left is the level, which the recordings decide.
+    // Before the first step the network is nearly silent. Of a mix no response is found, so that the level stays as it is too.
     let energy = |x: &[f32]| x.iter().map(|v| v * v).sum::<f32>();
     for (own, new) in ears.iter().zip(&refined) {
-        let level_db = 10.0 * (energy(new) / energy(own) / trainer.simulated.gain.powi(2)).log10();
-        assert!(level_db.abs() < 2.0, "{level_db}");
+        let level_db = 10.0 * (energy(new) / energy(own)).log10();
+        assert!(level_db.abs() < 0.5, "{level_db}");
     }
     assert_eq!(example.voices.len(), 2);
     let whole = trainer.render(std::slice::from_ref(&example)).remove(0);
@@ -242,15 +242,15 @@ fn goes_on_after_a_stop_as_if_it_had_not_stopped_and_learns() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("walk.training");
     let mut whole = trainer(&capture, settings());
-    let first = whole.note();
+    let first = whole.note().unwrap();
     for _ in 0..40 {
         whole.step();
         if whole.steps().is_multiple_of(20) {
-            whole.note();
+            whole.note().unwrap();
         }
     }
     let mut parts = trainer(&capture, settings());
-    parts.note();
+    parts.note().unwrap();
     (0..13).for_each(|_| assert!(parts.step().loss.is_finite()));
     parts.checkpoint().save(&file).unwrap();
     drop(parts);
@@ -260,7 +260,7 @@ fn goes_on_after_a_stop_as_if_it_had_not_stopped_and_learns() {
     for _ in 13..40 {
         parts.step();
         if parts.steps().is_multiple_of(20) {
-            parts.note();
+            parts.note().unwrap();
         }
     }
     assert_eq!(parts.weights(), whole.weights());

@@ -51,8 +51,9 @@ impl Gains {
     }
 }
 
-/// Corrects what a room gives; of responses at one place with several turns of the head the energies count together.
-pub(super) fn correct(surfaces: &mut Surfaces, responses: &[CorrectedResponse], head: &SceneHead, air: Option<Air>) {
+/// Corrects what a room gives, and says the gain of energy that the direct sound has of it in the mean over octaves, which
+/// nothing is multiplied by; of responses at one place with several turns of the head the energies count together.
+pub(super) fn correct(surfaces: &mut Surfaces, responses: &[CorrectedResponse], head: &SceneHead, air: Option<Air>) -> f64 {
     let hops = surfaces.late.iter().map(|late| late.energies.len()).max().unwrap_or(0).max(2);
     let gains = gains(responses, surfaces.emitter, (hops, speed_m_s(air)), head);
     let nearest =
@@ -68,7 +69,6 @@ pub(super) fn correct(surfaces: &mut Surfaces, responses: &[CorrectedResponse], 
     let colour: Vec<f64> =
         (0..head.bands().count()).map(|band| median_high(seeing.iter().map(|g| g.direct[band])).unwrap_or(1.0)).collect();
     let octaves = OCTAVES_HZ.map(|hz| Gains::at_hz(&colour, head, hz));
-    // What a scene's level is does not count: the direct sound keeps its own, but for its colour.
     let level = (octaves.iter().map(|gain| gain.ln()).sum::<f64>() / octaves.len() as f64).exp();
     for (late, place) in surfaces.late.iter_mut().zip(&surfaces.places.at) {
         let Some(gains) = nearest(*place) else { continue };
@@ -102,6 +102,7 @@ pub(super) fn correct(surfaces: &mut Surfaces, responses: &[CorrectedResponse], 
         });
         emission.levels.iter_mut().flat_map(|level| level.iter_mut().zip(colour)).for_each(|(level, more)| *level += more);
     }
+    level
 }
 
 /// Two credits or licences, one where they are the same or one is empty.
