@@ -23,7 +23,6 @@ pub(super) const EXAMPLES: [(&str, [&str; 2]); 35] = [
         "bake less",
         ["bake less hall.promenade -o less.promenade --within 0.5", "bake less hall.promenade -o with-front.promenade"],
     ),
-    ("responses manifest", ["responses manifest my-room", "responses manifest my-room --distance 1.5"]),
     (
         "responses ambisonic",
         [
@@ -56,7 +55,7 @@ pub(super) const EXAMPLES: [(&str, [&str; 2]); 35] = [
         ],
     ),
     ("inspect", ["inspect hall.promenade", "inspect hall.promenade --cost --json"]),
-    ("measure", ["measure hall.promenade --trade --plot hall.svg", "measure --response measured.wav --reference rendered.wav"]),
+    ("measure", ["measure hall.promenade --trade", "measure --response measured.wav --reference rendered.wav"]),
     (
         "map",
         [
