@@ -1,6 +1,6 @@
 //! `promenade responses`: sets of responses made before anything is baked.
 
-use crate::args::{AmbisonicArgs, NormalisationArg, ResponsesCommand};
+use crate::args::{NormalisationArg, ResponsesCommand};
 use crate::{hrtf, report};
 use anyhow::Result;
 use promenade_baker::ambisonic::{AmbisonicResponses, Normalisation};

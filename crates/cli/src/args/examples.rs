@@ -1,7 +1,7 @@
 //! What commands look like in use: a command, and what follows the program's name.
 
 /// Two of each command, the plainest first.
-pub(super) const EXAMPLES: [(&str, [&str; 2]); 35] = [
+pub(super) const EXAMPLES: [(&str, [&str; 2]); 34] = [
     (
         "render",
         [
