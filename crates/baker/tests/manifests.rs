@@ -1,8 +1,9 @@
-//! Units of lengths in names, sides of azimuths, and splits that a data set brings.
+//! Manifests that are written from names, units of lengths in names, and splits that a data set brings.
 
 use promenade_baker::capture::{DrySound, FromResponses, from_responses};
+use promenade_baker::responses::{Describe, describe};
 use promenade_baker::wav::{self, Format};
-use promenade_baker::{BakeError, LoadOptions, Responses, Split};
+use promenade_baker::{LoadOptions, Responses, Split};
 use promenade_core::glam::Vec3;
 use promenade_testing::Noise;
 use std::collections::BTreeMap;
@@ -23,26 +24,26 @@ fn folder_of(names: &[(&str, f32)]) -> tempfile::TempDir {
     folder
 }
 
-/// What a folder's manifest makes of its sounds.
-fn load(folder: &tempfile::TempDir, manifest: &str) -> Result<Responses, BakeError> {
-    std::fs::write(folder.path().join("responses.json"), manifest).unwrap();
-    Responses::load(folder.path(), &LoadOptions::default())
-}
-
 #[test]
-fn units_of_names_and_the_side_of_azimuths_are_those_of_the_manifest() {
+fn names_become_a_manifest_and_ears_say_the_side() {
     let names = [("azi_60_dist_150.wav", 1.0), ("azi_0_dist_150.wav", 0.0), ("azi_300_dist_150.wav", -1.0)];
-    let manifest = |more: &str| {
-        format!(r#"{{"title":"Hall","pattern":"azi_{{azimuth}}_dist_{{distance}}.wav","length_unit_m":0.01{more}}}"#)
-    };
-    let set = load(&folder_of(&names), &manifest("")).unwrap();
+    let left = folder_of(&names);
+    let set = describe(left.path(), &Describe { title: Some("Hall".to_owned()), ..Describe::default() }).unwrap();
     assert_eq!((&set.title[..], set.responses.len()), ("Hall", 3));
-    assert!(set.responses.iter().all(|response| (response.distance_m() - 1.5).abs() < 1e-5));
-    let mirrored = folder_of(&names.map(|(name, side)| (name, -side)));
-    let error = load(&mirrored, &manifest("")).unwrap_err().to_string();
-    assert!(error.contains("do azimuths grow to the other side?"), "{error}");
-    let set = load(&mirrored, &manifest(r#","azimuth_positive":"right""#)).unwrap();
+    assert!(set.notes[0].contains("taken for centimetres"), "{:?}", set.notes);
+    for response in &set.responses {
+        assert!((response.distance_m() - 1.5).abs() < 1e-5);
+    }
+    assert_eq!(Responses::load(left.path(), &LoadOptions::default()).unwrap().responses, set.responses);
+    let again = describe(left.path(), &Describe::default()).unwrap_err().to_string();
+    assert!(again.contains("expected no responses.json, which is written here, found one"), "{again}");
+    let mirrored: Vec<(&str, f32)> = names.iter().map(|(name, side)| (*name, -side)).collect();
+    let right = folder_of(&mirrored);
+    let set = describe(right.path(), &Describe::default()).unwrap();
+    assert!(set.notes.iter().any(|n| n.contains("azimuths grow to the right")), "{:?}", set.notes);
     assert!(set.responses.iter().any(|r| r.source.y < -1.0 && r.name == "azi_60_dist_150"));
+    let text = std::fs::read_to_string(right.path().join("responses.json")).unwrap();
+    assert!(text.contains("\"azimuth_positive\": \"right\"") && text.contains("\"length_unit_m\": 0.01"), "{text}");
 }
 
 #[test]
@@ -50,15 +51,49 @@ fn numbers_of_loudspeakers_are_no_azimuths() {
     let ring: Vec<(String, f32)> =
         (1..=16).map(|i| (format!("spk-{i:03}.wav"), 2.0 * (22.5 * i as f32).to_radians().sin())).collect();
     let folder = folder_of(&ring.iter().map(|(name, side)| (&name[..], *side)).collect::<Vec<_>>());
-    let error = load(&folder, r#"{"title":"t","pattern":"spk-{azimuth}.wav","distance_m":2}"#).unwrap_err().to_string();
+    let error = describe(folder.path(), &Describe { distance_m: Some(2.0), ..Describe::default() }).unwrap_err().to_string();
     assert!(error.contains("are numbers in the names those of loudspeakers") && error.contains("us in 'spk-"), "{error}");
+    assert!(!folder.path().join("responses.json").exists());
+}
+
+#[test]
+fn what_names_do_not_say_is_asked_for() {
+    let turns = folder_of(&[("turn_-60.wav", 1.0), ("turn_60.wav", -1.0)]);
+    let error = |folder: &tempfile::TempDir| describe(folder.path(), &Describe::default()).unwrap_err().to_string();
+    assert!(error(&turns).contains("azimuths in the names, or the place of the source"), "{}", error(&turns));
+    let source = Some(Vec3::new(2.0, 0.0, 0.0));
+    let set = describe(turns.path(), &Describe { source, ..Describe::default() }).unwrap();
+    assert!(set.responses.iter().all(|r| r.source == Vec3::new(2.0, 0.0, 0.0)) && set.responses.len() == 2);
+    let azimuths = folder_of(&[("az-60.wav", -1.0), ("az60.wav", 1.0)]);
+    assert!(
+        error(&azimuths).contains("expected distances in the names, or one that is given in metres"),
+        "{}",
+        error(&azimuths)
+    );
+    assert!(!azimuths.path().join("responses.json").exists());
+    let set = describe(azimuths.path(), &Describe { distance_m: Some(3.0), ..Describe::default() }).unwrap();
+    assert!((set.responses[0].distance_m() - 3.0).abs() < 1e-5);
+    let mixed = folder_of(&[("az60.wav", 1.0), ("take2.wav", 0.0)]);
+    assert!(error(&mixed).contains("found names of several forms, az60.wav and take2.wav"), "{}", error(&mixed));
+    assert!(!mixed.path().join("responses.json").exists());
+}
+
+#[test]
+fn a_set_that_does_not_load_leaves_no_manifest() {
+    let folder = folder_of(&[("az-60.wav", -1.0), ("az60.wav", 1.0)]);
+    std::fs::write(folder.path().join("az0.wav"), b"RIFF").unwrap();
+    let error = describe(folder.path(), &Describe { distance_m: Some(3.0), ..Describe::default() }).unwrap_err().to_string();
+    assert!(error.contains("az0.wav"), "{error}");
+    assert!(!folder.path().join("responses.json").exists());
 }
 
 #[test]
 fn a_split_in_the_manifest_reaches_the_clips() {
     let folder = folder_of(&[("a30.wav", 0.5), ("a60.wav", 1.0), ("held_10.wav", 0.0), ("held_20.wav", 0.1)]);
     let patterns = r#"[{"file":"held_{azimuth}.wav","split":"test"},{"file":"a{azimuth}.wav"}]"#;
-    let set = load(&folder, &format!(r#"{{"title":"t","distance_m":1,"patterns":{patterns}}}"#)).unwrap();
+    std::fs::write(folder.path().join("responses.json"), format!(r#"{{"title":"t","distance_m":1,"patterns":{patterns}}}"#))
+        .unwrap();
+    let set = Responses::load(folder.path(), &LoadOptions::default()).unwrap();
     let expected: BTreeMap<String, Split> = ["held_10", "held_20"].map(|name| (name.to_owned(), Split::Test)).into();
     assert_eq!(set.splits, expected);
     let dry = DrySound {
@@ -86,7 +121,8 @@ fn a_split_in_the_manifest_reaches_the_clips() {
 fn names_change_the_listener_of_the_manifest_where_they_say_more() {
     let folder = folder_of(&[("x1_y2.wav", 0.0), ("x2_y2.wav", 0.1)]);
     let text = r#"{"title":"t","pattern":"x{x}_y{y}.wav","source":[4,2,1.5],"listener":{"position":[9,9,1.5],"ypr":[30,0,0]}}"#;
-    let set = load(&folder, text).unwrap();
+    std::fs::write(folder.path().join("responses.json"), text).unwrap();
+    let set = Responses::load(folder.path(), &LoadOptions::default()).unwrap();
     assert_eq!(set.responses[1].listener.position, Vec3::new(2.0, 2.0, 1.5));
     assert!((set.responses[1].listener.ypr().0.to_degrees() - 30.0).abs() < 1e-3);
 }

@@ -55,7 +55,7 @@ pub(crate) use pictures::PictureArgs;
 pub(crate) use reconstruction::ReconstructionArgs;
 #[cfg(feature = "train")]
 pub(crate) use refine::RefineArgs;
-pub(crate) use responses::{NormalisationArg, ResponsesCommand};
+pub(crate) use responses::{AmbisonicArgs, ManifestArgs, NormalisationArg, ResponsesCommand};
 pub(crate) use simulate::{JoinArgs, RoomArgs, RunArgs, Simulate, SimulateArgs, SimulateBoxArgs, SimulateMeshArgs};
 #[cfg(feature = "train")]
 pub(crate) use simulation::SimulationArgs;

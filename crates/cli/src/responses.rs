@@ -1,12 +1,28 @@
-//! `promenade responses`: sets of responses made before anything is baked.
+//! `promenade responses`: sets of responses described and made, before anything is baked.
 
-use crate::args::{NormalisationArg, ResponsesCommand};
+use crate::args::{AmbisonicArgs, ManifestArgs, NormalisationArg, ResponsesCommand};
 use crate::{hrtf, report};
 use anyhow::Result;
 use promenade_baker::ambisonic::{AmbisonicResponses, Normalisation};
+use promenade_baker::responses::{Describe, describe};
 
 pub(crate) fn run(command: &ResponsesCommand) -> Result<()> {
-    let ResponsesCommand::Ambisonic(args) = command;
+    match command {
+        ResponsesCommand::Manifest(args) => manifest(args),
+        ResponsesCommand::Ambisonic(args) => ambisonic(args),
+    }
+}
+
+fn manifest(args: &ManifestArgs) -> Result<()> {
+    let options = Describe { title: args.title.clone(), distance_m: args.distance, source: args.emitter };
+    let set = describe(&args.folder, &options)?;
+    report::notes(&set.notes);
+    let (count, rate) = (set.responses.len(), set.sample_rate_hz);
+    report::line(format_args!("{}: {count} responses at {rate} Hz", args.folder.join("responses.json").display()));
+    Ok(())
+}
+
+fn ambisonic(args: &AmbisonicArgs) -> Result<()> {
     let normalisation = args.normalisation.map(|normalisation| match normalisation {
         NormalisationArg::Sn3d => Normalisation::Sn3d,
         NormalisationArg::N3d => Normalisation::N3d,

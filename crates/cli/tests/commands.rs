@@ -500,13 +500,21 @@ fn small_cloud() -> Scene {
 }
 
 #[test]
-fn folders_without_a_manifest_are_refused_and_ambisonics_become_ears() {
+fn names_become_a_manifest_and_ambisonics_become_ears() {
     use promenade_baker::wav::{Format, write};
     let place = Place::new();
     let names = place.path("names");
     std::fs::create_dir(&names).unwrap();
-    let said = fails(&["bake", "responses", names.to_str().unwrap(), "-o", &place.text("none")]);
-    assert!(said.contains("names: expected a responses.json that describes the WAV files, such as"), "{said}");
+    for (name, left) in [("azi_60.wav", 1.0_f32), ("azi_300.wav", 0.4)] {
+        write(&names.join(name), RATE, &[&[0.0, left], &[0.0, 1.4 - left]], Format::Float32).unwrap();
+    }
+    let folder = names.to_str().unwrap();
+    let said = fails(&["bake", "responses", folder, "-o", &place.text("none")]);
+    assert!(said.contains("promenade responses manifest writes one"), "{said}");
+    assert!(fails(&["responses", "manifest", folder]).contains("expected distances in the names"));
+    let (_, said) = succeeds(&["responses", "manifest", folder, "--distance", "2"]);
+    assert!(said.contains("responses.json: 2 responses at 16000 Hz"), "{said}");
+    assert!(fails(&["responses", "manifest", folder]).contains("expected no responses.json"));
 
     // A plane wave from the left.
     let pulse = |gain: f32| (0..800).map(|i| if i == 40 { gain } else { 0.0 }).collect::<Vec<f32>>();

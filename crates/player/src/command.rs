@@ -1,6 +1,8 @@
 //! The command line of `promenade-player` and of `promenade render`.
 
 mod ambix;
+#[cfg(feature = "play")]
+mod card;
 mod options;
 mod read;
 mod render;
@@ -19,6 +21,7 @@ use std::process::ExitCode;
 /// and what it does.
 pub const HELP: &str = "\
 SCENE DRY -o OUT [options]   plays DRY (WAV, AIFF, FLAC) in SCENE, into OUT (WAV)
+SCENE DRY --play             plays to the sound card (feature `play`)
   -o, --output OUT          what is written; - stands for standard input and output here and in DRY
 
 The listener
@@ -50,6 +53,7 @@ How it is played
   --order N                 of Ambisonics, 1 to 3 [3]
   --bits FORMAT             16, 24, 32 or 32f [24]
   --block N                 samples rendered at a time [4096]
+  --play                    to the sound card
 Examples
   promenade render loft.promenade phrase.flac -o walk.wav --path loft.json
   sox speech.wav -t wav - | promenade render loft.promenade - -o - | play -
@@ -62,7 +66,10 @@ pub fn main(program: &str, args: impl IntoIterator<Item = OsString>) -> ExitCode
     keep_inputs();
     match Options::parse(args) {
         Ok(None) => {
-            print!("{program} {}", HELP.replace("promenade render", program));
+            print!(
+                "{program} {}",
+                HELP.replacen("\nSCENE", &format!("\n{program} SCENE"), 1).replace("promenade render", program)
+            );
             ExitCode::SUCCESS
         }
         Ok(Some(options)) => match render::run(&options) {

@@ -1,4 +1,4 @@
-//! `promenade-player`: a sound file through a scene, into a file.
+//! `promenade-player`: a sound file through a scene, into a file or, with the feature `play`, to the sound card.
 
 use std::process::ExitCode;
 

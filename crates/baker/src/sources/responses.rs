@@ -4,13 +4,16 @@
 //! every listener and source ends up in one right-handed world with z up, in metres.
 
 mod check;
+mod describe;
 mod hold_out;
 mod manifest;
+mod names;
 mod pattern;
 pub(crate) mod save;
 mod sofa;
 mod walls;
 
+pub use describe::{Describe, describe};
 pub use hold_out::HoldOut;
 pub use promenade_sofa::Side;
 pub(crate) use promenade_sofa::{About, Recorded};
@@ -93,7 +96,8 @@ pub struct Responses {
 
 /// What a folder of WAV files must have beside them.
 const MANIFEST: &str = "a responses.json that describes the WAV files, such as {\"title\": \"Room A\", \"pattern\": \
-    \"name_{azimuth}deg.wav\", \"distance_m\": 1.5} (all fields: docs/responses.md)";
+    \"name_{azimuth}deg.wav\", \"distance_m\": 1.5} (all fields: docs/responses.md; promenade responses manifest writes one \
+    from their names)";
 
 /// What the files themselves do not say, or say wrongly.
 #[derive(Clone, Debug, Default, PartialEq)]

@@ -1,7 +1,7 @@
 //! What commands look like in use: a command, and what follows the program's name.
 
 /// Two of each command, the plainest first.
-pub(super) const EXAMPLES: [(&str, [&str; 2]); 34] = [
+pub(super) const EXAMPLES: [(&str, [&str; 2]); 35] = [
     (
         "render",
         [
@@ -23,6 +23,7 @@ pub(super) const EXAMPLES: [(&str, [&str; 2]); 34] = [
         "bake less",
         ["bake less hall.promenade -o less.promenade --within 0.5", "bake less hall.promenade -o with-front.promenade"],
     ),
+    ("responses manifest", ["responses manifest my-room", "responses manifest my-room --distance 1.5"]),
     (
         "responses ambisonic",
         [

@@ -1,14 +1,32 @@
 //! Arguments of `promenade responses`.
 
 use super::bake::ResponsesArgs;
-use super::values::within;
+use super::values::{parse_point, within};
 use clap::{Args, Subcommand, ValueEnum};
+use promenade_core::glam::Vec3;
 use std::path::PathBuf;
 
 #[derive(Debug, Subcommand)]
 pub(crate) enum ResponsesCommand {
+    /// Write the responses.json of a folder of sound files from their names
+    Manifest(ManifestArgs),
     /// Make binaural responses at all turns of the head from Ambisonic ones (orders 1 to 4, AmbiX, N3D or FuMa)
     Ambisonic(AmbisonicArgs),
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct ManifestArgs {
+    /// Folder of two-channel sound files: WAV, FLAC or AIFF
+    pub(crate) folder: PathBuf,
+    /// Title of the set instead of the folder's name
+    #[arg(long)]
+    pub(crate) title: Option<String>,
+    /// Metres to the sources, where the names have azimuths and no distances
+    #[arg(long, value_name = "M", value_parser = within(0.01_f32, 100.0))]
+    pub(crate) distance: Option<f32>,
+    /// Where the sound came from, metres, where the names have no azimuths
+    #[arg(long, value_name = "X,Y,Z", value_parser = parse_point, allow_hyphen_values = true)]
+    pub(crate) emitter: Option<Vec3>,
 }
 
 #[derive(Clone, Copy, Debug, ValueEnum)]

@@ -23,7 +23,7 @@ pub(super) enum Place {
 /// What is rendered, and how; [`super::HELP`] says what each is, and what holds where it is not given.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct Options {
-    /// Scene, dry sound, and the file that is written.
+    /// Scene and dry sound, and the file that is written; without that the sound card plays.
     pub(super) files: Vec<PathBuf>,
     pub(super) path: Option<PathBuf>,
     pub(super) pose: Option<Pose>,
@@ -52,6 +52,7 @@ pub(super) struct Options {
     /// The room alone.
     pub(super) wet_solo: bool,
     output: Option<PathBuf>,
+    play: bool,
 }
 
 impl Options {
@@ -113,6 +114,7 @@ impl Options {
             "stereo-spread" => self.stereo_spread = given.within(0.0, 180.0)?,
             "wet-solo" => self.wet_solo = true,
             "output" => self.output = Some(given.file()?),
+            "play" => self.play = true,
             name => return Err(format!("--{name}: expected an option that there is")),
         }
         Ok(())
@@ -120,13 +122,15 @@ impl Options {
 
     /// Refuses what does not go together.
     fn check(&self) -> Result<(), String> {
+        let (expected, names) = if self.play { (2, "SCENE DRY") } else { (3, "SCENE DRY -o OUT") };
         let found = self.files.len();
         let still = self.path.is_none();
         let wrong = [
-            (found != 3, format!("expected SCENE DRY -o OUT, 3 files, found {found}")),
+            (found != expected, format!("expected {names}, {expected} files, found {found}")),
             (still && self.looping, "--loop: expected --path with it".to_owned()),
             (still && self.speed.is_some(), "--speed: expected --path with it".to_owned()),
             (!still && self.pose.is_some(), "--pose: expected without --path".to_owned()),
+            (self.play && self.ambix, "--play: expected without --format ambix".to_owned()),
         ];
         wrong.into_iter().find(|(wrong, _)| *wrong).map_or(Ok(()), |(_, why)| Err(why))
     }
@@ -214,6 +218,7 @@ mod tests {
         let options = parsed("a b c --order 1 --format ambix").unwrap().unwrap();
         assert_eq!((options.ambix, options.order), (true, Some(1)));
         assert_eq!(parsed("a - -o - --further 1,0,0=d").unwrap(), parsed("a - - --source 1,0,0=d").unwrap());
+        assert_eq!(parsed("a b --play").unwrap().unwrap().files.len(), 2);
         assert!(parsed("a --help").unwrap().is_none() && parsed("-h").unwrap().is_none());
     }
 
@@ -236,6 +241,7 @@ mod tests {
             ("", "expected SCENE DRY -o OUT, 3 files, found 0"),
             ("a b c d", "found 4"),
             ("a b c -o d", "found 4"),
+            ("a b c --play", "expected SCENE DRY, 2 files, found 3"),
             ("a b c --mix 2", "--mix 2: expected a number from 0 to 1"),
             ("a b c --mix NaN", "--mix NaN"),
             ("a b c --block 0", "from 1 to 1048576"),
@@ -247,6 +253,7 @@ mod tests {
             ("a b c --source", "missing argument"),
             ("a b c --loop", "--loop: expected --path"),
             ("a b c --path p --pose 0,0,0,0,0,0", "--pose: expected without --path"),
+            ("a b --play --format ambix", "--play: expected without --format ambix"),
             ("a b c --wet-solo=3", "unexpected argument"),
             ("a b c --verbose", "--verbose: expected an option that there is"),
             ("a b c -v", "-v: expected an option"),

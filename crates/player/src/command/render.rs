@@ -2,13 +2,16 @@
 
 use super::ambix;
 use super::options::Options;
-use super::setup::{player, scene, walk};
+use super::setup::{Walk, player, scene, walk};
 use super::terminal::{self, Bar};
 use crate::{PlayerError, Source};
 use promenade_audio::FileError;
 use promenade_audio::wav::{Format, WavWriter};
+use promenade_core::Scene;
 use promenade_core::head::channels;
 use std::fs;
+use std::path::Path;
+use std::sync::Arc;
 use std::time::Instant;
 
 /// Plays what the options say.
@@ -16,12 +19,25 @@ pub(super) fn run(options: &Options) -> Result<(), PlayerError> {
     options.check_ambix()?;
     let scene = scene(options)?;
     let walk = walk(options, &scene)?;
-    let output = &options.files[2];
+    match options.files.get(2) {
+        Some(output) => into_file(options, &scene, &walk, output),
+        #[cfg(feature = "play")]
+        None => super::card::play(options, &scene, &walk),
+        #[cfg(not(feature = "play"))]
+        None => Err(PlayerError::argument(
+            "--play",
+            "a build that plays (cargo run --release -p promenade-player --features play)",
+            "one that does not",
+        )),
+    }
+}
+
+fn into_file(options: &Options, scene: &Arc<Scene>, walk: &Walk, output: &Path) -> Result<(), PlayerError> {
     let began = Instant::now();
     let source = Source::open(&options.files[1], None)?;
     let (rate_hz, frames) = (source.sample_rate_hz(), source.frames());
     let rate = f64::from(rate_hz);
-    let mut player = player(options, &scene, &source)?;
+    let mut player = player(options, scene, &source)?;
     // Opened first: an output that cannot be written is known at once.
     if let Some(folder) = output.parent() {
         fs::create_dir_all(folder).map_err(FileError::write(output))?;
@@ -37,7 +53,7 @@ pub(super) fn run(options: &Options) -> Result<(), PlayerError> {
         writer.write(channels)
     };
     match order {
-        Some(order) => ambix::play(&scene, options, order, &walk, &mut write)?,
+        Some(order) => ambix::play(scene, options, order, walk, &mut write)?,
         None => player.play(source, options.mix(), options.block(), &mut |s| walk.pose_at(s), &mut |ears| write(&ears))?,
     }
     drop(bar);

@@ -87,12 +87,12 @@ impl Pattern {
 }
 
 /// A number of a name; decimals may follow a comma.
-fn number(text: &str) -> Option<f64> {
+pub(super) fn number(text: &str) -> Option<f64> {
     text.replace(',', ".").parse().ok()
 }
 
 /// Bytes of the number at the start: a sign, digits, and a point or comma only where digits follow.
-fn number_length(text: &str) -> usize {
+pub(super) fn number_length(text: &str) -> usize {
     let digits = |from: usize| text[from..].bytes().take_while(u8::is_ascii_digit).count();
     let sign = usize::from(text.starts_with(['+', '-']));
     let whole = sign + digits(sign);
