@@ -45,6 +45,6 @@ pub use prediction::{
     Arrival, Baseline, Prediction, Residual, RoomModel, Row, Split, all_figures, baselines, fit_row, mean_rows,
     prediction_errors,
 };
-pub use report::{Curve, MaterialsBeside, SourceBeside, absorption_svg, box_obj, decays_svg, full_mesh, table};
+pub use report::{MaterialsBeside, SourceBeside, box_obj, decays_svg, full_mesh, table};
 pub use room::{BoxPath, FlatRoom, FlatWall, Form, MOST_PATCHES, Patch, Path, Sequences, Voxels, WALLS, Walls};
 pub use search::{Scanned, Searched, search_box};

@@ -1,6 +1,5 @@
 //! What a full fit says of itself.
 
-use super::absorption::Curve;
 use super::beside::beside_a_regression;
 use super::markdown::{begin, cell, markdown_table, row};
 use super::mesh::{full_mesh, patch_group, room_obj};
@@ -32,13 +31,6 @@ impl FullFit {
             let patches = own.voxels.patches.iter().zip(&mut own.absorption).filter(of_surface);
             patches.for_each(|(_, absorption)| *absorption = stated);
         }
-    }
-
-    /// Absorption by surface over frequency.
-    #[must_use]
-    pub fn curves(&self) -> Vec<Curve> {
-        let points = |s: &SurfaceFit| self.bands.centres_hz.into_iter().zip(s.absorption).collect();
-        self.surfaces.iter().map(|s| Curve { name: s.name.clone(), points: points(s) }).collect()
     }
 
     /// What these data do not tell, in words.
@@ -78,9 +70,9 @@ impl FullFit {
         groups.collect()
     }
 
-    /// Estimates, what is left, and what is not determined, as Markdown, with the names of pictures beside it.
+    /// Estimates, what is left, and what is not determined, as Markdown, with the name of the picture of decays beside it.
     #[must_use]
-    pub fn markdown(&self, set: &Measurements, [absorption, decays]: [&str; 2]) -> String {
+    pub fn markdown(&self, set: &Measurements, decays: &str) -> String {
         let form = match &self.room.form {
             Form::Box(walls) => {
                 let [x, y, z] = walls.size_m();
@@ -88,8 +80,7 @@ impl FullFit {
             }
             Form::Mesh(_) => format!("A room of {} flat walls", self.room.walls.len()),
         };
-        let shown = [("Absorption by surface", absorption), ("Decays by octave", decays)];
-        let mut text = begin(set, &form, &shown);
+        let mut text = begin(set, &form, decays);
         if !self.missing_hz.is_empty() {
             let missing = &self.missing_hz;
             text += &format!("- **no reverberation is known, since no response decays by 25 dB there: {missing:?} Hz**\n");

@@ -1,6 +1,5 @@
 //! What a fit says of itself: text, tables, pictures, and files that other commands read.
 
-mod absorption;
 mod beside;
 mod decays;
 mod full;
@@ -8,7 +7,6 @@ mod markdown;
 mod mesh;
 mod panels;
 
-pub use absorption::{Curve, absorption_svg};
 pub use decays::decays_svg;
 pub use markdown::table;
 pub use mesh::{MaterialsBeside, SourceBeside, box_obj, full_mesh};
