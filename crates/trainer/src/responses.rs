@@ -28,6 +28,8 @@ const SOUNDS: f64 = 1e-3;
 /// Hops that a decay is read off, and responses that tell one, at least.
 pub(crate) const FEWEST_HOPS: usize = 10;
 const FEWEST_DECAYS: usize = 8;
+/// No decay is surer than this, as a share of it.
+const LEAST_ERROR: f64 = 1e-3;
 
 /// The response of a clip.
 #[derive(Clone, Debug, PartialEq)]
@@ -120,49 +122,50 @@ pub(crate) fn clip_responses(capture: &Capture, clips: &[Clip], grid: &StftGrid,
     clips.par_iter().filter_map(one).collect()
 }
 
-/// Reverberation time per band: one line for the levels of all clips' and ears' hops, each response with a level of its own and
-/// each level as sure as it is; `None` where too few responses have hops enough.
+/// Reverberation time per band: the median over clips and ears of the slopes of lines through the levels of hops, each level and
+/// each slope as sure as it is; `None` where too few responses have hops enough.
 #[must_use]
 pub(crate) fn decay_times(responses: &ClipResponses, bands: usize, hop_s: f64) -> Vec<Option<Decay>> {
-    // The order of sums does not depend on that of a map.
-    let mut names: Vec<&String> = responses.keys().collect();
-    names.sort();
     let of_band = |band: usize| {
-        let heard = names.iter().map(|name| &responses[*name]).filter(|r| r.sounds[band]);
+        let heard = responses.values().filter(|r| r.sounds[band]);
         let lines = heard.flat_map(|r| [band, bands + band].map(|place| line(&r.hops[place], r.noise[place])));
-        let lines: Vec<Line> = lines.flatten().collect();
-        (lines.len() >= FEWEST_DECAYS).then(|| decay(&lines, hop_s)).flatten()
+        let lines: Vec<[f64; 2]> = lines.flatten().collect();
+        if lines.len() < FEWEST_DECAYS {
+            return None;
+        }
+        let db_per_hop = weighted_median(lines.clone());
+        let off = weighted_median(lines.iter().map(|[slope, weight]| [(slope - db_per_hop).abs(), *weight]).collect());
+        let time_s = -60.0 * hop_s / db_per_hop;
+        // Of a normal spread, the median's standard error in terms of the median deviation: 1.483 by the root of pi / 2.
+        let share = 1.858 * off / (lines.len() as f64).sqrt() / db_per_hop.abs();
+        (time_s.is_finite() && time_s > 0.0).then(|| Decay { time_s, sd_s: time_s * share.max(LEAST_ERROR) })
     };
     (0..bands).map(of_band).collect()
 }
 
-/// Weighted sums of a response's levels in dB over its hops, about their means.
-struct Line {
-    hops: f64,
-    square: f64,
-    product: f64,
-    levels: f64,
-}
-
-fn line(hops: &[f32], noise: f32) -> Option<Line> {
+/// The slope of a response's levels, dB per hop, and the inverse of its variance beside that of a level.
+fn line(hops: &[f32], noise: f32) -> Option<[f64; 2]> {
     let heard = hops.iter().enumerate().filter(|(_, energy)| **energy > 0.0);
     let points: Vec<[f64; 3]> =
         heard.map(|(l, e)| [l as f64, 10.0 * f64::from(*e).log10(), f64::from(certainty(*e, noise))]).collect();
     let sum: f64 = points.iter().map(|p| p[2]).sum();
     let mean = |i: usize| points.iter().map(|p| p[2] * p[i]).sum::<f64>() / sum;
-    let means = [mean(0), mean(1)];
-    let about = |i: usize, j: usize| points.iter().map(|p| p[2] * (p[i] - means[i]) * (p[j] - means[j])).sum::<f64>();
-    let enough = points.len() >= FEWEST_HOPS;
-    enough.then(|| Line { hops: sum, square: about(0, 0), product: about(0, 1), levels: about(1, 1) })
+    let (at, db) = (mean(0), mean(1));
+    let square: f64 = points.iter().map(|p| p[2] * (p[0] - at).powi(2)).sum();
+    let product: f64 = points.iter().map(|p| p[2] * (p[0] - at) * (p[1] - db)).sum();
+    (points.len() >= FEWEST_HOPS && square > 0.0).then(|| [product / square, square])
 }
 
-fn decay(lines: &[Line], hop_s: f64) -> Option<Decay> {
-    let sum = |of: fn(&Line) -> f64| lines.iter().map(of).sum::<f64>();
-    let (square, product) = (sum(|l| l.square), sum(|l| l.product));
-    let db_per_hop = product / square;
-    let left = (sum(|l| l.levels) - db_per_hop * product) / (sum(|l| l.hops) - lines.len() as f64).max(1.0);
-    let time_s = -60.0 * hop_s / db_per_hop;
-    (time_s.is_finite() && time_s > 0.0).then(|| Decay { time_s, sd_s: time_s * (left / square).sqrt() / db_per_hop.abs() })
+/// The value that half of the weight lies below, of values with weights.
+fn weighted_median(mut all: Vec<[f64; 2]>) -> f64 {
+    all.sort_by(|a, b| a[0].total_cmp(&b[0]));
+    let half = 0.5 * all.iter().map(|[_, weight]| weight).sum::<f64>();
+    let mut below = 0.0;
+    let at = all.iter().find(|[_, weight]| {
+        below += weight;
+        below >= half
+    });
+    at.map_or(f64::NAN, |[value, _]| *value)
 }
 
 /// Energy that is left after a hop, per band of a tail.
