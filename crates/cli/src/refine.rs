@@ -169,13 +169,15 @@ pub(crate) fn run(args: &RefineArgs) -> Result<()> {
         bail!("{}: expected --head for a scene, found none", output.display());
     }
     let pairs: Vec<Pair> = pairs.into_iter().map(|(_, pair)| pair).collect();
-    let refiner = trained(&pairs, measured.sample_rate_hz, &settings(args, args.seed), "training")?;
+    let refiner = trained(&pairs, measured.sample_rate_hz, &settings(args, args.flow, args.seed), "training")?;
     let title = report::file_name(&args.measured);
     let [x, y, z] = emitter.to_array();
     let room = simulation.simulate.as_deref().map(report::file_name).unwrap_or_default();
     let recipe = format!(
-        "refine {title} --simulate {room} --emitter {x},{y},{z} --steps {} --seed {}",
-        args.steps, args.seed
+        "refine {title} --simulate {room} --emitter {x},{y},{z}{} --steps {} --seed {}",
+        if args.flow { " --flow" } else { "" },
+        args.steps,
+        args.seed
     );
     let (credit, licence) = (measured.credit.clone(), measured.licence.clone());
     let about = Provenance { title, credit, licence, recipe, notes: Vec::new() };
@@ -191,8 +193,8 @@ pub(crate) fn run(args: &RefineArgs) -> Result<()> {
     Ok(())
 }
 
-fn settings(args: &RefineArgs, seed: u64) -> RefineSettings {
-    RefineSettings { steps: args.steps as usize, seed, ..RefineSettings::default() }
+fn settings(args: &RefineArgs, flow: bool, seed: u64) -> RefineSettings {
+    RefineSettings { flow, steps: args.steps as usize, seed, ..RefineSettings::default() }
 }
 
 /// Trains a refinement, and tells how far that is, by a name for it.
@@ -201,7 +203,7 @@ fn trained(pairs: &[Pair], rate_hz: f64, settings: &RefineSettings, name: &str) 
     Ok(Refiner::train(pairs, rate_hz, settings, Device::flex(), &mut |step, _| bar.at(step as f64))?)
 }
 
-/// Trains on the sources that are not held out, and judges on those that are.
+/// Trains the regression and the flow on the sources that are not held out, and judges them on those that are.
 fn evaluate(args: &RefineArgs, measured: &Measured, pairs: &[(usize, Pair)], judge: &[(usize, Pair)]) -> Result<()> {
     let is_far = |source: usize| {
         let heard = measured.heard.iter().find(|h| h.source == source);
@@ -219,14 +221,18 @@ fn evaluate(args: &RefineArgs, measured: &Measured, pairs: &[(usize, Pair)], jud
     }
     report::line(format_args!("{} responses to learn from, {} of held-out sources", pairs.len(), tests.len()));
     let rate = measured.sample_rate_hz;
-    let of_seed = |i: u64| trained(&pairs, rate, &settings(args, args.seed + i), &format!("seed {} of {}", i + 1, args.seeds));
-    let refiners = (0..args.seeds).map(of_seed).collect::<Result<Vec<_>>>()?;
-    let scores = refiners.iter().map(|refiner| score(refiner, true, &tests)).collect::<Result<Vec<_>, _>>()?;
-    let rows = [
-        ["method", "EDT ms", "C50 dB", "levels dB", "ILD dB"].map(str::to_owned).to_vec(),
-        row("simulation alone", &[score(&refiners[0], false, &tests)?]),
-        row("refined", &scores),
-    ];
+    let mut rows = vec![["method", "EDT ms", "C50 dB", "levels dB", "ILD dB"].map(str::to_owned).to_vec()];
+    for (name, flow) in [("regression", false), ("flow", true)] {
+        let of_seed = |i: u64| {
+            let named = format!("{name}, seed {} of {}", i + 1, args.seeds);
+            trained(&pairs, rate, &settings(args, flow, args.seed + i), &named)
+        };
+        let refiners = (0..args.seeds).map(of_seed).collect::<Result<Vec<_>>>()?;
+        if !flow {
+            rows.push(row("simulation alone", &[score(&refiners[0], false, &tests)?]));
+        }
+        rows.push(row(name, &refiners.iter().map(|refiner| score(refiner, true, &tests)).collect::<Result<Vec<_>, _>>()?));
+    }
     report::print(&report::table(&rows, false))
 }
 

@@ -1,6 +1,6 @@
 //! Refinement of simulated responses by measured ones (pi-AVAS, section 3.2), offline, over levels by hop and band. What is
-//! refined keeps its waveform: its levels are changed, and images and carriers stay what they were. A regression takes the place
-//! of the paper's flow, which was no better in decay, clarity and level between the ears together.
+//! refined keeps its waveform: its levels are changed, and images and carriers stay what they were. A regression is beside the
+//! paper's flow, which is no better in decay, clarity and level between the ears together.
 
 mod gated;
 mod levels;
@@ -21,6 +21,9 @@ use std::collections::BTreeMap;
 /// What a refinement is trained with.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RefineSettings {
+    /// The flow of pi-AVAS (equations 3 to 6) instead of a regression on the difference of levels: a path with constant noise, whose
+    /// velocity is predicted.
+    pub flow: bool,
     /// Steps.
     pub steps: usize,
     /// Responses of a step.
@@ -29,13 +32,13 @@ pub struct RefineSettings {
     pub rate: f32,
     /// Channels of the network.
     pub width: usize,
-    /// Seed of weights and order.
+    /// Seed of weights, order and a flow's noise.
     pub seed: u64,
 }
 
 impl Default for RefineSettings {
     fn default() -> Self {
-        Self { steps: 350, batch: 16, rate: 2e-3, width: 64, seed: 1 }
+        Self { flow: false, steps: 350, batch: 16, rate: 2e-3, width: 64, seed: 1 }
     }
 }
 
@@ -62,6 +65,8 @@ pub struct Pair {
 
 /// A refinement that was trained.
 pub struct Refiner {
+    /// Whether it is a flow, and the seed of what is drawn of it.
+    flow: Option<u64>,
     grid: LevelGrid,
     network: Gated,
     weights: Arrays,
@@ -110,6 +115,7 @@ impl Refiner {
         let network = Gated::new(sizes);
         let mut refiner = Self {
             weights: network.start(settings.seed),
+            flow: settings.flow.then_some(settings.seed),
             grid,
             network,
             device: device.autodiff(),
@@ -123,7 +129,7 @@ impl Refiner {
             let batch: Vec<&Example> = (0..settings.batch)
                 .map(|_| &examples[(random.uniform() * examples.len() as f32) as usize % examples.len()])
                 .collect();
-            let (loss, gradients) = refiner.loss(&batch);
+            let (loss, gradients) = refiner.loss(&batch, &mut random);
             optimiser.step(&mut refiner.weights, &gradients, course.rate_at(step), &course);
             each(step + 1, loss);
         }
@@ -131,16 +137,21 @@ impl Refiner {
     }
 
     /// Mean square of what the network is off, and its derivatives.
-    fn loss(&self, batch: &[&Example]) -> (f64, BTreeMap<String, Vec<f32>>) {
-        let (mut simulated, mut wanted, mut counts, mut places) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+    fn loss(&self, batch: &[&Example], random: &mut Random) -> (f64, BTreeMap<String, Vec<f32>>) {
+        let (mut at, mut wanted, mut counts) = (Vec::new(), Vec::new(), Vec::new());
+        let (mut simulated, mut places, mut times) = (Vec::new(), Vec::new(), Vec::new());
         for example in batch {
-            wanted.extend(example.simulated.iter().zip(&example.measured).map(|(from, to)| to - from));
+            let t = if self.flow.is_some() { random.uniform() } else { 0.0 };
+            let difference = || example.simulated.iter().zip(&example.measured).map(|(from, to)| to - from);
+            at.extend(self.on_the_way(example.simulated.iter().zip(difference()).map(|(from, by)| from + t * by), random));
+            wanted.extend(difference());
             counts.extend(&example.counts);
             simulated.extend(&example.simulated);
             places.extend(&example.places);
+            times.push(t);
         }
         let graph = Graph::new(&self.weights, &self.device);
-        let found = self.network.forward(&graph, &simulated, (&places, batch.len()), &self.device);
+        let found = self.network.forward(&graph, [&at, &simulated], &places, &times, &self.device);
         let tensor = |values: Vec<f32>| Tensor::<2>::from_data(TensorData::new(values, found.dims()), &self.device);
         let share = 1.0 / counts.iter().sum::<f32>().max(1.0);
         let off = (found.clone() - tensor(wanted)) * tensor(counts);
@@ -180,17 +191,32 @@ impl Refiner {
         self.grid.levels(&simulated.channels, self.level_db)
     }
 
-    /// Levels of the simulation as they are refined, from its own, in the network's terms.
+    /// Levels on the way of a flow, with its noise; of a regression as they are.
+    fn on_the_way(&self, levels: impl Iterator<Item = f32>, random: &mut Random) -> Vec<f32> {
+        levels.map(|x| if self.flow.is_some() { x + SIGMA * random.normal() } else { x }).collect()
+    }
+
+    /// Levels of the simulation as they are refined, from its own, in the network's terms: of a flow by Euler's method.
     fn levels(&self, simulated: &SimulatedResponse, own: &[f32]) -> Result<Vec<f32>, BakeError> {
         let places = scaled(&simulated.places, &self.places);
         let graph = Graph::new(&self.weights, &self.device);
-        let found = self.network.forward(&graph, own, (&places, 1), &self.device).into_data().try_into_vec::<f32>();
-        let found = found.map_err(|e| {
-            BakeError::argument("levels of a refinement", "numbers in single precision from the device", format!("{e:?}"))
-        })?;
-        Ok(own.iter().zip(found).map(|(own, more)| own + more).collect())
+        let mut x = self.on_the_way(own.iter().copied(), &mut Random::new(self.flow.unwrap_or(0) ^ 0x0F10_77ED));
+        let steps = if self.flow.is_some() { FLOW_STEPS } else { 1 };
+        for step in 0..steps {
+            let t = step as f32 / steps as f32;
+            let found = self.network.forward(&graph, [&x, own], &places, &[t], &self.device).into_data().try_into_vec::<f32>();
+            let found = found.map_err(|e| {
+                BakeError::argument("levels of a refinement", "numbers in single precision from the device", format!("{e:?}"))
+            })?;
+            x.iter_mut().zip(found).for_each(|(x, velocity)| *x += velocity / steps as f32);
+        }
+        Ok(x)
     }
 }
+
+/// Standard deviation of a flow's noise, in 20 dB, and the steps that it is followed in.
+const SIGMA: f32 = 0.1;
+const FLOW_STEPS: usize = 4;
 
 /// Mean and deviation of each number of the places, so that those that are all alike say nothing.
 fn spread(pairs: &[Pair]) -> Vec<(f32, f32)> {

@@ -4,6 +4,7 @@ use crate::setup::grid;
 use promenade_baker::capture::{Capture, Clip, DIRECT_PRE_ROLL_S, Split};
 use promenade_core::{Bands, Pose, StftGrid, TailModel};
 use promenade_fourier::Fourier;
+use promenade_metrics::statistics::median_high;
 use promenade_metrics::{arrival, deconvolve};
 use rayon::prelude::*;
 use std::collections::HashMap;
@@ -122,29 +123,29 @@ pub(crate) fn clip_responses(capture: &Capture, clips: &[Clip], grid: &StftGrid,
     clips.par_iter().filter_map(one).collect()
 }
 
-/// Reverberation time per band: the median over clips and ears of the slopes of lines through the levels of hops, each level and
-/// each slope as sure as it is; `None` where too few responses have hops enough.
+/// Reverberation time per band: the median over clips and ears of the slopes of lines through the levels of hops, each level as
+/// sure as it is; `None` where too few responses have hops enough.
 #[must_use]
 pub(crate) fn decay_times(responses: &ClipResponses, bands: usize, hop_s: f64) -> Vec<Option<Decay>> {
     let of_band = |band: usize| {
         let heard = responses.values().filter(|r| r.sounds[band]);
         let lines = heard.flat_map(|r| [band, bands + band].map(|place| line(&r.hops[place], r.noise[place])));
-        let lines: Vec<[f64; 2]> = lines.flatten().collect();
-        if lines.len() < FEWEST_DECAYS {
+        let slopes: Vec<f64> = lines.flatten().collect();
+        if slopes.len() < FEWEST_DECAYS {
             return None;
         }
-        let db_per_hop = weighted_median(lines.clone());
-        let off = weighted_median(lines.iter().map(|[slope, weight]| [(slope - db_per_hop).abs(), *weight]).collect());
+        let db_per_hop = median_high(slopes.iter().copied())?;
+        let off = median_high(slopes.iter().map(|slope| (slope - db_per_hop).abs()))?;
         let time_s = -60.0 * hop_s / db_per_hop;
         // Of a normal spread, the median's standard error in terms of the median deviation: 1.483 by the root of pi / 2.
-        let share = 1.858 * off / (lines.len() as f64).sqrt() / db_per_hop.abs();
+        let share = 1.858 * off / (slopes.len() as f64).sqrt() / db_per_hop.abs();
         (time_s.is_finite() && time_s > 0.0).then(|| Decay { time_s, sd_s: time_s * share.max(LEAST_ERROR) })
     };
     (0..bands).map(of_band).collect()
 }
 
-/// The slope of a response's levels, dB per hop, and the inverse of its variance beside that of a level.
-fn line(hops: &[f32], noise: f32) -> Option<[f64; 2]> {
+/// The slope of a response's levels, dB per hop.
+fn line(hops: &[f32], noise: f32) -> Option<f64> {
     let heard = hops.iter().enumerate().filter(|(_, energy)| **energy > 0.0);
     let points: Vec<[f64; 3]> =
         heard.map(|(l, e)| [l as f64, 10.0 * f64::from(*e).log10(), f64::from(certainty(*e, noise))]).collect();
@@ -153,19 +154,7 @@ fn line(hops: &[f32], noise: f32) -> Option<[f64; 2]> {
     let (at, db) = (mean(0), mean(1));
     let square: f64 = points.iter().map(|p| p[2] * (p[0] - at).powi(2)).sum();
     let product: f64 = points.iter().map(|p| p[2] * (p[0] - at) * (p[1] - db)).sum();
-    (points.len() >= FEWEST_HOPS && square > 0.0).then(|| [product / square, square])
-}
-
-/// The value that half of the weight lies below, of values with weights.
-fn weighted_median(mut all: Vec<[f64; 2]>) -> f64 {
-    all.sort_by(|a, b| a[0].total_cmp(&b[0]));
-    let half = 0.5 * all.iter().map(|[_, weight]| weight).sum::<f64>();
-    let mut below = 0.0;
-    let at = all.iter().find(|[_, weight]| {
-        below += weight;
-        below >= half
-    });
-    at.map_or(f64::NAN, |[value, _]| *value)
+    (points.len() >= FEWEST_HOPS && square > 0.0).then(|| product / square)
 }
 
 /// Energy that is left after a hop, per band of a tail.

@@ -19,6 +19,9 @@ pub(crate) struct RefineArgs {
     pub(crate) emitter: Option<Vec3>,
     #[command(flatten)]
     pub(crate) simulation: SimulationArgs,
+    /// The flow of pi-AVAS instead of a regression
+    #[arg(long, conflicts_with = "evaluate")]
+    pub(crate) flow: bool,
     /// Steps of the training
     #[arg(long, default_value_t = 350, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     pub(crate) steps: u32,

@@ -1,5 +1,5 @@
-//! The network of pi-AVAS (figure 4) without its time: an encoder, gated convolutions of growing dilation that are told the
-//! places, and a decoder of what they all skip.
+//! The network of pi-AVAS (figure 4): an encoder, gated convolutions of growing dilation that are told time and places, and a
+//! decoder of what they all skip.
 
 use crate::network::Graph;
 use crate::weights::{Arrays, Start};
@@ -9,10 +9,11 @@ use promenade_core::random::Random;
 
 /// Hops between the neighbours of each block's convolution.
 const DILATIONS: [usize; 5] = [1, 2, 4, 8, 16];
-/// Random frequencies of the encoding of places (random Gaussian Fourier embedding), and their deviation: places are told in
-/// deviations from their mean.
+/// Random frequencies of the encoding of places and time (random Gaussian Fourier embedding), and their deviations: places are
+/// told in deviations from their mean, time from 0 to 1.
 const FREQUENCIES: usize = 16;
 const PLACES_DEVIATION: f32 = 0.5;
+const TIME_DEVIATION: f32 = 3.0;
 /// How large the decoder's last weights are at the start, beside those of other layers: it begins near zero.
 const QUIET: f32 = 0.1;
 
@@ -41,9 +42,10 @@ impl Gated {
         let Sizes { features, places, width } = self.sizes;
         let mut s = Start { random: Random::new(seed), arrays: Arrays::new() };
         s.normal("places.freqs", &[FREQUENCIES, places.max(1)], PLACES_DEVIATION);
-        s.linear("condition.0", width, 2 * FREQUENCIES);
+        s.normal("time.freqs", &[FREQUENCIES, 1], TIME_DEVIATION);
+        s.linear("condition.0", width, 4 * FREQUENCIES);
         s.linear("condition.1", width, width);
-        s.linear("encoder.0", width, features);
+        s.linear("encoder.0", width, 2 * features);
         s.linear("encoder.1", width, width);
         for block in 0..DILATIONS.len() {
             s.linear(&format!("{block}.filter"), width, 3 * width);
@@ -61,16 +63,18 @@ impl Gated {
         s.arrays
     }
 
-    /// What the network says of simulated levels, `[response][hop][feature]`, with places of so many responses; a row for each hop.
+    /// What the network says of levels on the way and of those simulated, `[response][hop][feature]`, a row for each hop.
     pub(super) fn forward(
         &self,
         graph: &Graph,
-        simulated: &[f32],
-        (places, batch): (&[f32], usize),
+        [at, simulated]: [&[f32]; 2],
+        places: &[f32],
+        times: &[f32],
         device: &Device,
     ) -> Tensor<2> {
         let Sizes { features, places: numbers, width } = self.sizes;
-        let hops = simulated.len() / features / batch;
+        let batch = times.len();
+        let hops = at.len() / features / batch;
         let rows = batch * hops;
         let tensor = |values: Vec<f32>, cols: usize| {
             let rows = values.len() / cols;
@@ -78,10 +82,11 @@ impl Gated {
         };
         let told = if numbers == 0 { vec![0.0; batch] } else { places.to_vec() };
         let angles = tensor(told, numbers.max(1)).matmul(graph.get("places.freqs").transpose());
-        let waves = Tensor::cat(vec![angles.clone().sin(), angles.cos()], 1);
+        let time = tensor(times.to_vec(), 1).matmul(graph.get("time.freqs").transpose());
+        let waves = Tensor::cat(vec![angles.clone().sin(), angles.cos(), time.clone().sin(), time.cos()], 1);
         let condition = relu(graph.linear("condition.0", waves));
         let condition = relu(graph.linear("condition.1", condition));
-        let input = tensor(simulated.to_vec(), features);
+        let input = Tensor::cat(vec![tensor(at.to_vec(), features), tensor(simulated.to_vec(), features)], 1);
         let mut x = relu(graph.linear("encoder.1", relu(graph.linear("encoder.0", input))));
         let mut skipped: Option<Tensor<2>> = None;
         for (block, dilation) in DILATIONS.into_iter().enumerate() {
