@@ -12,8 +12,6 @@ use std::process::Command;
 pub(crate) enum Profile {
     /// As tests are built.
     Development,
-    /// Optimised, and quick to link.
-    Release,
     /// As it ships: optimised over all crates, without symbols.
     Dist,
 }
@@ -23,7 +21,6 @@ impl Profile {
     fn option(self) -> Option<&'static str> {
         match self {
             Self::Development => None,
-            Self::Release => Some("--release"),
             Self::Dist => Some("--profile=dist"),
         }
     }
@@ -32,7 +29,6 @@ impl Profile {
     fn folder(self) -> &'static str {
         match self {
             Self::Development => "debug",
-            Self::Release => "release",
             Self::Dist => "dist",
         }
     }

@@ -5,7 +5,7 @@ use crate::manifest::{Item, files};
 use crate::system::Place;
 use anyhow::{Context, Result};
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 /// Names and VST3 classes of the plugins that play the presets of the first.
 const OTHERS: [(&str, &[u8; 16]); 2] = [("Promenade Many", b"PromenadeSp.Many"), ("Promenade Many 64", b"PromenadeSp.Mn64")];
@@ -60,17 +60,6 @@ fn for_others(preset: &Path, folder: &Path) -> Result<()> {
         }
         let written = fs::create_dir_all(folder.with_file_name(name)).and_then(|()| fs::write(&there, &bytes));
         written.with_context(|| format!("cannot write {}", there.display()))?;
-    }
-    Ok(())
-}
-
-/// Puts files and bundles into a folder, in place of what it held.
-pub(crate) fn copy_into(parts: &[PathBuf], folder: &Path) -> Result<()> {
-    remove(folder)?;
-    for part in parts {
-        for (from, name) in files(part)? {
-            copy(&from, &folder.join(name))?;
-        }
     }
     Ok(())
 }

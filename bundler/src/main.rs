@@ -17,7 +17,6 @@ mod screen;
 mod search;
 mod sections;
 mod system;
-mod systems;
 #[cfg(unix)]
 mod validators;
 mod web;
@@ -42,9 +41,6 @@ cargo xtask package [--target TARGET]
     setup program (Inno Setup)
 cargo xtask web
     builds the engine that pages of `promenade web` play, into target/web
-cargo xtask systems [TARGET ...]
-    compiles every crate for other systems, renders with the Windows plugins in Wine, and runs the engine's tests on an emulated
-    ARM processor, as far as this machine has the tools
 cargo xtask search [MINUTES]
     reads changed files of every kind for so much processor time, 60 minutes unless told, and names those that a reader does not
     survive
@@ -94,7 +90,6 @@ fn run() -> Result<()> {
         "web" if options.is_empty() => web::web().map(|_| ()),
         "archive" => archive::archive(&root, &options),
         "package" => package::package(&root, &options),
-        "systems" => systems::systems(&root, &options),
         "search" => search::search(&options),
         #[cfg(unix)]
         "validators" => validators::validators(&options),

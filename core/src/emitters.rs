@@ -103,12 +103,6 @@ impl Emitters {
         &self.renderer
     }
 
-    /// Whether the channels of a stereo sound can have an emitter each.
-    #[must_use]
-    pub fn has_second(&self) -> bool {
-        self.second.is_some()
-    }
-
     /// Bytes of this instance, without the shared scene.
     #[must_use]
     pub fn memory_bytes(&self) -> usize {
@@ -154,7 +148,7 @@ impl Emitters {
         [left, right]: [&mut [f32]; 2],
         params: impl Into<RenderParams>,
         emitters: &EmitterParams,
-        pose_at: &mut impl FnMut(usize) -> Pose,
+        pose_at: &mut dyn FnMut(usize) -> Pose,
     ) {
         let (Some(first), Some(last)) = (input.first(), input.last()) else {
             [left, right].into_iter().for_each(|ear| ear.fill(0.0));

@@ -33,3 +33,9 @@ pub(crate) const LOUDEST: f32 = 1e6;
 pub(crate) fn bounded(x: f32) -> f32 {
     if x.is_normal() { x.clamp(-LOUDEST, LOUDEST) } else { 0.0 }
 }
+
+/// A sample as it comes from a host: silence where it is no number.
+#[inline(always)]
+pub(crate) fn finite(x: f32) -> f32 {
+    if x.is_finite() { x } else { 0.0 }
+}

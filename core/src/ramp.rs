@@ -1,5 +1,7 @@
 //! Gains that are set in steps and heard as ramps.
 
+use crate::number::finite;
+
 /// A gain, linear, that reaches its target in a straight line.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Ramp {
@@ -45,6 +47,15 @@ impl Ramp {
         let (moving, still) = gains.split_at_mut(moving);
         moving.fill_with(|| self.next());
         still.fill(self.value);
+    }
+
+    /// Adds samples to a sum by the gains of the next ones; what is no number is silence.
+    pub(crate) fn add(&mut self, sound: &[f32], sum: &mut [f32]) {
+        let (moving, still) = sound.split_at(self.left.min(sound.len()));
+        let (first, rest) = sum.split_at_mut(moving.len().min(sum.len()));
+        first.iter_mut().zip(moving).for_each(|(sum, x)| *sum += self.next() * finite(*x));
+        let value = self.value;
+        rest.iter_mut().zip(still).for_each(|(sum, x)| *sum += value * finite(*x));
     }
 
     /// Is at its target at once.

@@ -6,7 +6,7 @@ use crate::number::whole;
 use crate::published::tier::Reference;
 use crate::render::carriers::Carriers;
 use crate::render::early::first_hops::Undelayed;
-use crate::render::early::images::ImageVoices;
+use crate::render::early::images::{ImageFilters, ImageVoices};
 use crate::render::head::bus::AmbisonicBus;
 use crate::render::low::wave_field::WaveBass;
 use crate::render::part::{Heard, Part};
@@ -132,7 +132,7 @@ pub struct Renderer {
     pace: Pace,
     voices: Vec<VoiceState>,
     room: Room,
-    images: Option<AmbisonicBus>,
+    images: AmbisonicBus,
     synthesis: Synthesis,
     spectrum: Spectrum,
     ears: [Spectrum; 2],
@@ -216,7 +216,7 @@ impl Renderer {
         Ok(Self {
             voices,
             room: Room::new(&plan),
-            images: carriers.images.as_ref().filter(|_| scene.emitter().is_some()).map(|filters| filters.bus()),
+            images: ImageFilters::bus(carriers.images.as_deref().filter(|_| scene.emitter().is_some())),
             synthesis: Synthesis::new(grid),
             spectrum: spectrum(),
             ears: [spectrum(), spectrum()],
@@ -316,7 +316,7 @@ impl Renderer {
     pub fn memory_bytes(&self) -> usize {
         self.voices.iter().map(VoiceState::memory_bytes).sum::<usize>()
             + self.room.memory_bytes()
-            + self.images.as_ref().map_or(0, AmbisonicBus::memory_bytes)
+            + self.images.memory_bytes()
             + size_of_val(&*self.waiting)
             + self.grid.bins() * 3 * 8
             + self.grid.n_fft * 7 * 4
@@ -352,11 +352,11 @@ impl Renderer {
     pub fn reset(&mut self) {
         self.voices.iter_mut().for_each(VoiceState::reset);
         self.room.reset();
-        self.images.iter_mut().for_each(AmbisonicBus::reset);
+        self.images.reset();
         self.synthesis.reset();
         self.ready.iter_mut().for_each(|r| r.fill(0.0));
         self.waiting.fill([0.0; 2]);
-        self.images.iter_mut().for_each(AmbisonicBus::forget_prepared);
+        self.images.forget_prepared();
         (self.waiting_at, self.filled, self.share, self.has_begun) = (0, self.phase, 0, false);
         self.prepared = 0;
         self.jump();
@@ -372,7 +372,7 @@ impl Renderer {
         sounds: &[Voice<'_>],
         [left, right]: [&mut [f32]; 2],
         params: impl Into<RenderParams>,
-        pose_at: &mut impl FnMut(usize) -> Pose,
+        pose_at: &mut dyn FnMut(usize) -> Pose,
     ) {
         let RenderParams { quality, trim } = params.into();
         let (trim, len) = (trim.bounded(), left.len().min(right.len()));
@@ -432,10 +432,10 @@ impl Renderer {
             match self.voices.get_mut(portion / VOICE_PORTIONS) {
                 Some(voice) => {
                     let [left, right] = &mut self.parts;
-                    let mut heard = Heard { ears: [left, right], images: self.images.as_mut() };
+                    let mut heard = Heard { ears: [left, right], images: &mut self.images };
                     voice.prepare(portion % VOICE_PORTIONS, &together, &mut heard);
                 }
-                None => self.images.iter_mut().for_each(|images| images.end_early(self.trim.width)),
+                None => self.images.end_early(self.trim.width),
             }
         }
     }
@@ -445,7 +445,7 @@ impl Renderer {
         for (number, voice) in self.voices.iter_mut().enumerate() {
             voice.jump(sounds.get(number).copied().unwrap_or_default().moved(listener));
         }
-        self.images.iter_mut().for_each(AmbisonicBus::forget_prepared);
+        self.images.forget_prepared();
         self.prepared = 0;
         let tier = self.follow(quality, trim, true);
         let together = together(&self.scene, quality, tier, &self.trim, self.room_gain, self.share);
@@ -488,14 +488,12 @@ impl Renderer {
         let tier = self.played_tier(quality.tier);
         let together = together(&self.scene, quality, tier, &self.trim, self.room_gain, self.share);
         for voice in &mut self.voices {
-            let mut heard = Heard { ears: [&mut *left, &mut *right], images: self.images.as_mut() };
+            let mut heard = Heard { ears: [&mut *left, &mut *right], images: &mut self.images };
             voice.play(span.clone(), &together, &mut heard);
         }
-        if let Some(images) = &mut self.images {
-            images.add_to(span.start % self.pace.block, [&mut *left, &mut *right]);
-            if span.end.is_multiple_of(self.pace.block) {
-                images.end_block(self.trim.width);
-            }
+        self.images.add_to(span.start % self.pace.block, [&mut *left, &mut *right]);
+        if span.end.is_multiple_of(self.pace.block) {
+            self.images.end_block(self.trim.width);
         }
         if self.waiting.is_empty() {
             return;
@@ -517,7 +515,7 @@ impl Renderer {
         for number in 0..self.voices.len() {
             let (before, voices) = self.voices.split_at_mut(number);
             let [left, right] = &mut self.parts;
-            let mut heard = Heard { ears: [left, right], images: self.images.as_mut() };
+            let mut heard = Heard { ears: [left, right], images: &mut self.images };
             let waits = if self.pace.is_short() { None } else { Some(&mut heard) };
             let shared = before.first().map(|first| first.follower().transfer());
             if let Some(voice) = voices.first_mut() {
@@ -543,10 +541,8 @@ impl Renderer {
             }
             return;
         }
-        if let Some(images) = &mut self.images {
-            images.end_block(self.trim.width);
-            images.add_to(0, self.ready.each_mut().map(|ear| &mut ear[..]));
-        }
+        self.images.end_block(self.trim.width);
+        self.images.add_to(0, self.ready.each_mut().map(|ear| &mut ear[..]));
         for (ready, parts) in self.ready.iter_mut().zip(&self.parts) {
             ready.iter_mut().zip(parts).for_each(|(ready, x)| *ready += x);
         }

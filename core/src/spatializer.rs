@@ -1,7 +1,7 @@
 //! What the audio thread owns: block in, block out.
 
 use crate::grid::LONGEST_LATENCY_S;
-use crate::number::{bounded, whole};
+use crate::number::{bounded, finite, whole};
 use crate::past::Past;
 use crate::ramp::Ramp;
 use crate::{EmitterParams, Emitters, LiveParams, MOST_VOICES, Pose, Quality, RenderParams, Renderer, Tier, Trim, Voice};
@@ -297,10 +297,7 @@ impl Spatializer {
     }
 
     fn aim(&mut self, params: &BlockParams) {
-        let finite = |v: f32, low: f32, high: f32| {
-            if v.is_finite() { v.clamp(low, high) } else { low }
-        };
-        let (gain, mix) = (finite(params.gain, 0.0, 1e3), finite(params.mix, 0.0, 1.0));
+        let (gain, mix) = (finite(params.gain).clamp(0.0, 1e3), finite(params.mix).clamp(0.0, 1.0));
         let (wet, dry) =
             if params.bypass { (0.0, 1.0) } else { (gain * mix, if params.wet_solo { 0.0 } else { gain * (1.0 - mix) }) };
         self.wet_gain.aim(wet, self.ramp_len);
@@ -321,10 +318,10 @@ impl Spatializer {
         [left, right]: [&mut [f32]; 2],
         params: RenderParams,
         emitters: &EmitterParams,
-        pose_at: &mut impl FnMut(usize) -> Pose,
+        pose_at: &mut dyn FnMut(usize) -> Pose,
     ) {
         let n = first.len();
-        let render = |played: &mut Option<Box<Emitters>>, out: &mut [Vec<f32>; 2], pose_at: &mut _| {
+        let render = |played: &mut Option<Box<Emitters>>, out: &mut [Vec<f32>; 2], pose_at: &mut dyn FnMut(usize) -> Pose| {
             let [l, r] = out;
             match played {
                 Some(played) => {
@@ -344,7 +341,7 @@ impl Spatializer {
         for (voice, level) in voices.iter().zip(&mut self.levels) {
             let level = level.get_or_insert(Ramp::at(voice.gain()));
             level.aim(voice.gain(), self.ramp_len);
-            further.iter_mut().zip(voice.input).for_each(|(sum, x)| *sum += level.next() * finite(*x));
+            level.add(voice.input, further);
         }
         let [dry_left, dry_right, wet_gain, dry_gain] = self.next.each_mut().map(|row| &mut row[..n]);
         self.wet_gain.fill(wet_gain);
@@ -382,9 +379,4 @@ impl Spatializer {
 
 fn latency_of(emitters: Option<&Emitters>) -> usize {
     emitters.map_or(0, |emitters| emitters.renderer().latency_samples())
-}
-
-#[inline(always)]
-fn finite(x: f32) -> f32 {
-    if x.is_finite() { x } else { 0.0 }
 }

@@ -23,6 +23,7 @@ mod scene_file;
 mod setting;
 mod sound;
 mod stereo;
+mod tail_modulation;
 mod trim;
 mod waves;
 

@@ -25,7 +25,7 @@ pub(crate) struct Heard<'a> {
     /// Both ears of the samples that are taken.
     pub(crate) ears: [&'a mut [f32]; 2],
     /// Where moving arrivals are added up.
-    pub(crate) images: Option<&'a mut AmbisonicBus>,
+    pub(crate) images: &'a mut AmbisonicBus,
 }
 
 /// A part of a voice.

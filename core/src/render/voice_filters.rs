@@ -281,16 +281,21 @@ impl VoiceFilters {
         &self.input
     }
 
-    /// Adds the direct sound of the newest frame to what is heard; `sums` is room to work in.
-    pub(crate) fn add_direct(&mut self, room_gain: f32, sums: &mut [EarBlocks], heard: &mut [EarBlocks]) {
-        sums.fill(EarBlocks::default());
-        let (arch, newest) = (self.arch, self.input.at(0));
+    /// Adds the direct sound of the newest frame to what is heard; `work` is room to work in.
+    pub(crate) fn add_direct(&mut self, room_gain: f32, work: &mut [EarBlocks], heard: &mut [EarBlocks]) {
+        let (arch, newest, gain) = (self.arch, self.input.at(0), self.direct_gain);
+        let sums = if gain == 1.0 { &mut *heard } else { &mut *work };
+        if gain != 1.0 {
+            sums.fill(EarBlocks::default());
+        }
         if self.apart == 0 {
             let filter = self.direct.blocks();
             Accumulate { arch, newest: [newest], filter, hops: 1, taps: 0..1, sums }.run();
         }
         self.bass.add(newest, 1.0 - room_gain, sums);
-        arch.dispatch(AddScaled { from: sums, gain: self.direct_gain, to: heard });
+        if gain != 1.0 {
+            arch.dispatch(AddScaled { from: work, gain, to: heard });
+        }
     }
 
     /// Adds some taps: its own, and the lowest bins of others where it has them.

@@ -136,38 +136,6 @@ fn gltf_files_are_turned_upright() {
     assert_eq!(mesh.bounds(), [[1.0, 0.0, 0.0], [3.0, 0.0, 3.0]]);
 }
 
-/// A box of 4 x 3 x 2.5 m, y up, as RAVEN has rooms: an object with a place and a turn, within the world.
-const AC: &str = "AC3Db\nMATERIAL \"mat_floor\" rgb 1 1 1  amb 0.2 0.2 0.2  emis 0 0 0  spec 0.2 0.2 0.2  shi 10  trans 0\n\
-    MATERIAL \"brick wall\" rgb 1 1 1 amb 0 0 0 emis 0 0 0 spec 0 0 0 shi 0 trans 0\nOBJECT world\nkids 2\n\
-    OBJECT poly\nname \"shell\"\ndata 12\nOBJECT poly\n!\nloc 1 0 0\nrot 0 0 -1 0 1 0 1 0 0\ntexture \"none.png\"\nnumvert 6\n\
-    0 0 0\n3 0 0\n3 0 4\n0 0 4\n0 2.5 0\n3 2.5 0\nnumsurf 3\nSURF 0x10\nmat 0\nrefs 4\n0 0 0\n1 1 0\n2 1 1\n3 0 1\n\
-    SURF 0X30\nmat 1\nrefs 4\n0 0 0\n1 0 0\n5 0 0\n4 0 0\nSURF 0x22\nmat 1\nrefs 2\n0 0 0\n5 0 0\nkids 1\n\
-    OBJECT poly\nname \"shelf\"\nloc 0 1 0\nnumvert 3\n0 0 0\n1 0 0\n0 0 1\nnumsurf 1\nSURF 0x0\nrefs 3\n0 0 0\n1 0 0\n2 0 0\n\
-    kids 0\nOBJECT poly\nkids 0\n";
-
-#[test]
-fn rooms_of_raven_are_turned_upright_and_name_their_materials() {
-    let folder = tempfile::tempdir().unwrap();
-    let mesh = Mesh::load(&written(&folder, "room.ac", AC.as_bytes())).unwrap();
-    assert_eq!(mesh.groups, ["mat_floor", "brick wall", "shelf"]);
-    assert_eq!(mesh.triangles.iter().map(|t| t.group).collect::<Vec<_>>(), [0, 0, 1, 1, 2]);
-    // x along the turned object's -z, y along its -z's turn, and up is z.
-    assert_eq!(mesh.bounds(), [[1.0, 0.0, 0.0], [5.0, 3.0, 2.5]]);
-    let shelf = mesh.triangles[4].corners.map(|c| mesh.vertices[c as usize]);
-    assert_eq!(shelf, [[1.0, 0.0, 1.0], [1.0, 1.0, 1.0], [2.0, 0.0, 1.0]]);
-    for end in 0..AC.len() {
-        let _ = Mesh::load(&written(&folder, "cut.ac", &AC.as_bytes()[..end]));
-    }
-    let refused = |text: String, says: &str| {
-        let error = Mesh::load(&written(&folder, "bad.ac", text.as_bytes())).unwrap_err().to_string();
-        assert!(error.contains(says), "{error}");
-    };
-    refused("solid a\n".into(), "line 1: AC3D and a letter");
-    refused(AC.replace("\n3 0 1\n", "\n9 0 1\n"), "a corner among 6 vertices");
-    refused(AC.replace("numvert 6", "numvert 99999999"), "three coordinates");
-    refused("AC3Db\n".to_owned() + &"OBJECT group\nkids 1\n".repeat(100), "at most 64 deep");
-}
-
 /// Points on the triangles of a mesh, about as many on each square metre, with some noise, and a table's in the middle.
 fn scanned(mesh: &Mesh, per_m2: f64) -> Vec<[f64; 3]> {
     let mut random = Random::stream(5, 0);
@@ -228,28 +196,6 @@ fn the_free_space_of_an_l_shaped_room_is_l_shaped() {
 }
 
 #[test]
-fn small_surfaces_scatter_by_their_size() {
-    // A wall, and a table top of 1.2 x 0.6 m in two triangles, at a mean free path of 3 m.
-    let mut mesh = shoebox(0.1, 0.1).mesh().unwrap();
-    let first = mesh.vertices.len() as u32;
-    mesh.vertices.extend([[2.0, 2.0, 0.7], [3.2, 2.0, 0.7], [3.2, 2.6, 0.7], [2.0, 2.6, 0.7]]);
-    for corners in [[0, 1, 2], [0, 2, 3]] {
-        mesh.triangles.push(Triangle { corners: corners.map(|c: u32| c + first), group: 0 });
-    }
-    let materials: Vec<Material> = mesh.groups.iter().map(|_| Material::even("wall", 0.1, 0.1)).collect();
-    let found = mesh.scatter_by_size(&materials, 3.0, 343.0);
-    assert_eq!(found.len(), mesh.groups.len());
-    let of = |triangle: usize| &found[mesh.triangles[triangle].group as usize].scattering;
-    let (wall, table) = (of(0), of(mesh.triangles.len() - 1));
-    assert!(wall[1..].iter().all(|s| *s == 0.1), "{wall:?}");
-    assert_eq!(of(mesh.triangles.len() - 2), table);
-    // f_w is 2858 Hz and f_l 715 Hz.
-    for (band, mirrored) in [(1, 250.0 / 2858.0 * 250.0 / 715.0), (3, 1000.0 / 2858.0), (6, 1.0)] {
-        assert!((f64::from(table[band]) - (1.0 - 0.9 * mirrored)).abs() < 0.012, "{table:?}");
-    }
-}
-
-#[test]
 fn tables_of_materials_are_read() {
     let folder = tempfile::tempdir().unwrap();
     let mut table = Materials::default();
@@ -289,7 +235,7 @@ fn files_that_are_no_mesh_are_refused() {
         let error = Mesh::load(&written(&folder, name, bytes)).unwrap_err().to_string();
         assert!(error.contains(name) && error.contains(says), "{error}");
     };
-    refused("room.blend", b"x", "a file ending in .obj, .stl, .ply, .glb, .gltf or .ac, found the ending \"blend\"");
+    refused("room.blend", b"x", "a file ending in .obj, .stl, .ply, .glb or .gltf, found the ending \"blend\"");
     refused("empty.obj", b"v 0 0 0\n", "expected a mesh of triangles");
     refused("bad.obj", b"v 0 0 0\nf 1 2 3\n", "");
     refused("bad.stl", &[7; 100], "triangles in 100 bytes");

@@ -25,7 +25,6 @@ mod error;
 pub mod file;
 mod flac;
 mod layout;
-pub mod npy;
 pub mod pcm;
 pub mod resample;
 mod samples;

@@ -3,6 +3,5 @@
 mod atomic;
 mod file;
 mod flac;
-mod npy;
 mod resample;
 mod wav;

@@ -58,9 +58,6 @@ pub const CONTENT: &str = "content 3 of scenes of measured responses";
 pub struct BakeOptions {
     /// Frame of the short-time transform, seconds; the hop is a quarter of it and the latency 13 sixteenths.
     pub window_s: f64,
-    /// Length of the explicit time filters, seconds; the exponential late part follows. `None`: half the room's reverberation
-    /// time, as much of it as T20 is measured on, up to 0.22 s.
-    pub early_s: Option<f64>,
     /// Seed of the pseudo-random carriers.
     pub seed: u64,
     /// The head that the responses were measured with, where it is known.
@@ -71,7 +68,7 @@ pub struct BakeOptions {
 
 impl Default for BakeOptions {
     fn default() -> Self {
-        Self { window_s: 0.020, early_s: None, seed: 1, head: None, recipe: String::new() }
+        Self { window_s: 0.020, seed: 1, head: None, recipe: String::new() }
     }
 }
 
@@ -99,7 +96,7 @@ pub fn bake_responses(
     let nodes = layout.nodes();
     check_size(&layout, &nodes, &measured, &grid)?;
     let gain = unit_gain(&measured);
-    let (room, heard) = Room::of(&measured, &grid, options.early_s, options.seed)?;
+    let (room, heard) = Room::of(&measured, &grid, options.seed)?;
     let mut notes = vec![CONTENT.to_owned()];
     notes.extend_from_slice(&layout.notes);
     notes.extend(levelled);
@@ -239,9 +236,6 @@ fn anchors(layout: &Layout) -> Vec<Anchor> {
 fn grid_for(sample_rate_hz: f64, options: &BakeOptions) -> Result<StftGrid, BakeError> {
     if !(0.004..=0.1).contains(&options.window_s) {
         return Err(BakeError::argument("window", "0.004 to 0.1 s", options.window_s));
-    }
-    if let Some(early_s) = options.early_s.filter(|early_s| !(0.0..=4.0).contains(early_s)) {
-        return Err(BakeError::argument("early part", "0 to 4 s", early_s));
     }
     Ok(StftGrid::four_hops(sample_rate_hz, (sample_rate_hz * options.window_s / 4.0).round().max(4.0)))
 }

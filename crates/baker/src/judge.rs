@@ -3,4 +3,3 @@
 pub mod evaluate;
 pub mod listener;
 pub mod measure;
-pub mod streaming;

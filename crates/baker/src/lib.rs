@@ -24,7 +24,7 @@ pub use promenade_sofa::{SofaError, read_head, read_measured};
 
 pub use bake::{BakeOptions, CONTENT, bake_responses, cloud_scene, field, geometry};
 pub use error::BakeError;
-pub use judge::{evaluate, listener, measure, streaming};
+pub use judge::{evaluate, listener, measure};
 pub use sources::Split;
 pub use sources::capture::{Capture, Clip, Track};
 pub use sources::responses::{HoldOut, Levels, LoadOptions, Response, Responses, Side, Walls};

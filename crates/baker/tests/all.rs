@@ -3,6 +3,7 @@
 mod capture_layouts;
 mod captures;
 mod checkpoint;
+mod cloud_player;
 mod conditions;
 mod conventions;
 mod evaluation;
@@ -13,4 +14,3 @@ mod manifests;
 mod reflections;
 mod responses;
 mod sofa;
-mod streaming;

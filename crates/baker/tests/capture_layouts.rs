@@ -1,9 +1,8 @@
 //! Importers of data sets, on small layouts that are made here: none of the sets themselves is.
 
 use promenade_baker::capture::{ImportCapture, import_rwavs};
-use promenade_baker::responses::{FolderOptions, load_folder};
 use promenade_baker::wav::{self, Format};
-use promenade_baker::{BakeError, Capture, Split};
+use promenade_baker::{Capture, Split};
 use promenade_core::glam::{Quat, Vec3};
 use promenade_core::network::Placement;
 use promenade_paths::PlacementOptions;
@@ -169,55 +168,4 @@ fn frames_may_have_their_own_poses() {
     );
     text(&folder.path().join("transforms_scale_val.json"), r#"{"camera_path":[{"file_path":"frames/first.png"}]}"#);
     assert!(import_rwavs(folder.path(), &options).unwrap_err().to_string().contains("a frame's number"));
-}
-
-fn options() -> FolderOptions {
-    FolderOptions {
-        title: "hall".to_owned(),
-        credit: String::new(),
-        licence: String::new(),
-        placement: PlacementOptions::default(),
-        emitter: None,
-    }
-}
-
-fn shown<T>(result: Result<T, BakeError>) -> String {
-    result.err().map_or_else(String::new, |e| e.to_string())
-}
-
-#[test]
-fn rows_of_poses() {
-    let folder = tempfile::tempdir().unwrap();
-    let at = |name: &str| folder.path().join(name);
-    for i in 0..3 {
-        sound(at(&format!("r{i}.wav")), &[&noise(i + 1, 300), &noise(i + 9, 300)]);
-    }
-    text(&at("poses.txt"), "# x y z yaw pitch roll\n1 0 0 90 0 0\n2 0 0 0 0 0\n\n3,0,0,0,0,0\n");
-    let error = shown(load_folder(folder.path(), &options()));
-    assert!(error.contains("a source, in the folder or as an option, found none"), "{error}");
-    text(&at("source.txt"), "0 5 0");
-    let set = load_folder(folder.path(), &options()).unwrap();
-    near(set.responses[2].listener.position, Vec3::new(3.0, 0.0, 0.0));
-    near(set.responses[0].listener.orientation * Vec3::X, Vec3::Y);
-    near(set.responses[0].source, Vec3::new(0.0, 5.0, 0.0));
-    let elsewhere = FolderOptions { emitter: Some(Vec3::ONE), ..options() };
-    near(load_folder(folder.path(), &elsewhere).unwrap().responses[0].source, Vec3::ONE);
-    // Quaternions in JSON come before text, NumPy's before both.
-    text(&at("poses.json"), "[[1,0,0,1,0,0,0],[2,0,0,0,0,0,1],[3,0,0,1,0,0,0]]");
-    let set = load_folder(folder.path(), &options()).unwrap();
-    assert!(set.responses[1].listener.orientation.angle_between(Quat::from_rotation_z(std::f32::consts::PI)) < 1e-3);
-    let header = "{'descr': '<f8', 'fortran_order': False, 'shape': (3, 3), }\n";
-    let values = [4.0, 0.0, 0.0, 5.0, 0.0, 0.0, 6.0, 0.0, 0.5_f64].map(f64::to_le_bytes).concat();
-    let npy = [b"\x93NUMPY\x01\x00".as_slice(), &(header.len() as u16).to_le_bytes(), header.as_bytes(), &values].concat();
-    std::fs::write(at("poses.npy"), &npy).unwrap();
-    let set = load_folder(folder.path(), &options()).unwrap();
-    near(set.responses[2].listener.position, Vec3::new(6.0, 0.0, 0.5));
-    std::fs::write(at("poses.npy"), &npy[..npy.len() - 8]).unwrap();
-    assert!(shown(load_folder(folder.path(), &options())).contains("poses.npy"));
-    std::fs::remove_file(at("poses.npy")).unwrap();
-    text(&at("poses.json"), "[[1,0,0],[2,0,0]]");
-    let error = shown(load_folder(folder.path(), &options()));
-    assert!(error.contains("poses.json: expected 3 poses, one for each sound file, found 2"), "{error}");
-    text(&at("poses.json"), "[[1,0,0],[2,0,0],[1,2,3,4]]");
-    assert!(shown(load_folder(folder.path(), &options())).contains("pose of r2: expected 3, 6 or 7"));
 }

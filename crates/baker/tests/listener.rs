@@ -44,7 +44,6 @@ fn a_listener_points_nearer_with_the_scene_than_with_the_nearest_measurement() {
     assert_eq!(found.poses, 8);
     assert!(found.scene.lateral_deg < 2.5 && found.nearest.lateral_deg > 5.0, "{found:?}");
     assert!(found.other_head.lateral_deg < 2.5, "the set's head is KEMAR: {found:?}");
-    assert!(found.scene.alike > found.nearest.alike && found.scene.alike < 1.0, "{found:?}");
     let louder = |r: &Response| {
         let [left, right] = [&r.left, &r.right].map(|ear| ear.iter().map(|v| 30.0 * v).collect());
         Response { left, right, ..r.clone() }

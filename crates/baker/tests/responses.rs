@@ -229,10 +229,9 @@ fn long_reverberation_is_baked_as_it_is() {
         let decayed = |i: usize| 10.0_f32.powf(-3.0 * i as f32 / (rate * t60_s) as f32);
         (0..length).map(|i| if i == 0 { 1.0 } else { 0.05 * random.normal() * decayed(i) }).collect()
     };
-    let options = BakeOptions { early_s: Some(0.02), ..BakeOptions::default() };
     let bake = |seconds: usize| {
         let set = around(rate, &[0.0, 45.0], |azimuth| [1, 2].map(|ear| decay(ear + azimuth as u64, 8_000 * seconds)));
-        bake_responses(&set, |_, _| false, &options)
+        bake_responses(&set, |_, _| false, &BakeOptions::default())
     };
     let scene = bake(12).unwrap();
     let times = &scene.parts().tail.t60_s;

@@ -39,9 +39,7 @@ use std::path::PathBuf;
 pub(crate) use air::AirArgs;
 pub(crate) use anchors::AnchorsArgs;
 pub(crate) use bake::{BakeFieldArgs, BakeLessArgs, BakeResponsesArgs, BakeSource, LevelsArg, SideArg};
-pub(crate) use capture::{
-    CaptureCommand, CheckArgs, ClipArgs, EmitterArgs, FromResponsesArgs, HoldOutArgs, ImportCaptureArgs, LayoutArg, MixArgs,
-};
+pub(crate) use capture::{CaptureCommand, CheckArgs, ClipArgs, EmitterArgs, HoldOutArgs, ImportCaptureArgs, LayoutArg};
 pub(crate) use completions::CompletionsArgs;
 pub(crate) use eval::{EvalArgs, PosesArg};
 pub(crate) use figures::{FigureFiles, JsonFile, MarkdownFile};
@@ -58,9 +56,7 @@ pub(crate) use reconstruction::ReconstructionArgs;
 #[cfg(feature = "train")]
 pub(crate) use refine::RefineArgs;
 pub(crate) use responses::{AmbisonicArgs, ManifestArgs, NormalisationArg, ResponsesCommand};
-pub(crate) use simulate::{
-    JoinArgs, RoomArgs, RunArgs, Simulate, SimulateArgs, SimulateBoxArgs, SimulateMeshArgs, SizeScattering,
-};
+pub(crate) use simulate::{JoinArgs, RoomArgs, RunArgs, Simulate, SimulateArgs, SimulateBoxArgs, SimulateMeshArgs};
 #[cfg(feature = "train")]
 pub(crate) use simulation::SimulationArgs;
 pub(crate) use study::{Study, StudyArgs, StudyReportArgs, StudyServeArgs, StudySiteArgs};
@@ -100,7 +96,7 @@ pub(crate) enum Command {
     Path(PathArgs),
     /// Make the anchors of a model: of a reconstruction, a cloud of points or splats, a mesh or a box
     Anchors(Box<AnchorsArgs>),
-    /// Make a room's mesh of a reconstruction: six walls or a convex hull around its points
+    /// Make a room's mesh of a reconstruction: six walls around its points, or the space that was seen to be free
     Surface(Box<SurfaceArgs>),
     /// Make binaural responses of a simulated room, to bake or to train on
     Simulate(Box<SimulateArgs>),
@@ -222,7 +218,7 @@ mod tests {
             };
             assert_eq!(parsed(line), parsed(now));
         }
-        for older in ["host a b c", "measure a --format json", "web a --serve 8080", "fit 1,2,3 a --evaluate --markdown"] {
+        for older in ["host a b c", "web a --serve 8080", "fit 1,2,3 a --evaluate --markdown"] {
             assert!(Cli::try_parse_from(format!("promenade {older}").split(' ')).is_ok(), "{older}");
         }
         let help = help::command().render_long_help().to_string();

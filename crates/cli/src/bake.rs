@@ -6,7 +6,7 @@ use crate::{report, scene};
 use anyhow::{Context, Result};
 use promenade_baker::field::{FieldOptions, bake_cloud};
 use promenade_baker::trade::{front, within};
-use promenade_baker::{BakeOptions, HoldOut, Levels, Side, bake_responses, read_head};
+use promenade_baker::{BakeOptions, CONTENT, HoldOut, Levels, Side, bake_responses, read_head};
 use promenade_core::{Provenance, Scene};
 
 pub(crate) fn run(source: &BakeSource) -> Result<()> {
@@ -36,7 +36,6 @@ fn responses(args: &BakeResponsesArgs) -> Result<()> {
     let (used, held) = hold_out.split(&set)?;
     let options = BakeOptions {
         window_s: args.window_ms / 1e3,
-        early_s: args.early_ms.map(|ms| ms / 1e3),
         seed: args.seed,
         head: args.head.as_deref().map(read_head).transpose()?,
         recipe: recipe(args),
@@ -45,7 +44,8 @@ fn responses(args: &BakeResponsesArgs) -> Result<()> {
     let scene = bake_responses(&set, |response, index| hold_out.selects(response, index), &options)
         .with_context(|| format!("{}: cannot be baked", args.set.path.display()))?;
     drop(bar);
-    report::notes(&scene.provenance().notes);
+    // What counts scenes' content up is for those who make the factory's.
+    scene.provenance().notes.iter().filter(|note| *note != CONTENT).for_each(report::note);
     let bytes = scene::write(&args.output, &scene)?;
     report::line(format_args!(
         "{}: {} responses baked, {} held out, {} kB",
@@ -131,7 +131,6 @@ fn recipe(args: &BakeResponsesArgs) -> String {
     if let Some(n) = args.set.source {
         text += &format!(" --emitter-number {n}");
     }
-    let early = args.early_ms.map_or(String::new(), |ms| format!(" --early-ms {ms}"));
     let head = args.head.as_deref().map_or(String::new(), |file| format!(" --head {}", report::file_name(file)));
-    text + &format!(" --window-ms {}{early} --seed {}{head}", args.window_ms, args.seed)
+    text + &format!(" --window-ms {} --seed {}{head}", args.window_ms, args.seed)
 }

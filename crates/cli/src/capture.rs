@@ -1,61 +1,39 @@
-//! `promenade capture`: captures made of responses, imported from data sets, checked, and their emitters located.
+//! `promenade capture`: captures made of responses, imported from a data set, checked, and their emitters located.
 
 mod check;
 mod emitter;
 
-use crate::args::{CaptureCommand, ClipArgs, FromResponsesArgs, ImportCaptureArgs, LayoutArg, MixArgs};
+use crate::args::{CaptureCommand, ClipArgs, ImportCaptureArgs, LayoutArg};
 use crate::report;
-use anyhow::{Result, bail};
+use anyhow::Result;
 use promenade_baker::capture::{DrySound, FromResponses, ImportCapture, from_responses, import_rwavs, mean};
-use promenade_baker::responses::{FolderOptions, load_folder};
 use promenade_baker::{Capture, Responses, Split, sound};
 use std::path::{Path, PathBuf};
 
 pub(crate) fn run(command: &CaptureCommand) -> Result<()> {
     match command {
-        CaptureCommand::FromResponses(args) => of_responses(args),
+        CaptureCommand::FromResponses(args) => {
+            write(&clips_of(&args.set.load(None)?, &args.clips, args.rate, args.seed)?, &args.output)
+        }
         CaptureCommand::Import(args) => import(args),
         CaptureCommand::Check(args) => check::run(args),
         CaptureCommand::Emitter(args) => emitter::run(args),
     }
 }
 
-fn of_responses(args: &FromResponsesArgs) -> Result<()> {
-    write(&mixed(&args.set.load(None)?, &args.mix)?, &args.output)
-}
-
 fn import(args: &ImportCaptureArgs) -> Result<()> {
-    let folder = report::file_name(&args.folder);
-    let title = args.title.clone().unwrap_or(folder);
-    let is_recording = args.layout == LayoutArg::Rwavs;
-    if is_recording && !args.mix.clips.dry.is_empty() {
-        bail!("--dry is for layouts of responses; recordings have their own dry sound");
-    }
-    let capture = if is_recording {
-        let options = ImportCapture {
-            title,
-            credit: args.credit.clone(),
-            licence: args.licence.clone(),
-            sample_rate_hz: args.mix.rate,
-            emitter: args.emitter,
-            placement: args.placement.options(),
-        };
-        import_rwavs(&args.folder, &options)?
-    } else {
-        let options = FolderOptions {
-            title,
-            credit: args.credit.clone(),
-            licence: args.licence.clone(),
-            placement: args.placement.options(),
-            emitter: args.emitter,
-        };
-        mixed(&load_folder(&args.folder, &options)?, &args.mix)?
+    let options = ImportCapture {
+        title: args.title.clone().unwrap_or_else(|| report::file_name(&args.folder)),
+        credit: args.credit.clone(),
+        licence: args.licence.clone(),
+        sample_rate_hz: args.rate,
+        emitter: args.emitter,
+        placement: args.placement.options(),
+    };
+    let capture = match args.layout {
+        LayoutArg::Rwavs => import_rwavs(&args.folder, &options)?,
     };
     write(&capture, &args.output)
-}
-
-fn mixed(responses: &Responses, args: &MixArgs) -> Result<Capture> {
-    clips_of(responses, &args.clips, args.rate, args.seed)
 }
 
 /// A capture of responses and dry sound, at a sample rate or the responses' own.

@@ -1,10 +1,8 @@
-//! `promenade measure`: a scene against what was held out of it and against its own clips, what its settings cost, or one
-//! response.
+//! `promenade measure`: a scene against what was held out of it, what its settings cost, or one response.
 
 mod held_out;
 mod listener;
 mod response;
-mod streams;
 mod trade;
 
 pub(crate) use trade::words;
@@ -12,7 +10,7 @@ pub(crate) use trade::words;
 use crate::args::MeasureArgs;
 use crate::{report, scene};
 use anyhow::{Result, bail};
-use serde_json::{Value, json};
+use serde_json::Value;
 use std::path::Path;
 
 /// Host that costs are measured for.
@@ -38,27 +36,16 @@ fn whole_scene(path: &Path, args: &MeasureArgs) -> Result<()> {
     if args.trade {
         return trade::run(&scene, path, args);
     }
-    let name = path.display();
-    let (held_out, cloud) = (!scene.held_out().is_empty(), scene.cloud());
-    if !held_out && cloud.is_none() {
-        bail!("{name}: expected held-out measurements (bake it with --hold-out) or an anchor cloud, found neither");
+    if scene.held_out().is_empty() {
+        bail!("{}: expected held-out measurements (bake it with --hold-out) or --trade, found neither", path.display());
     }
-    if cloud.is_none() && (args.input.is_some() || args.poses.is_some()) {
-        bail!("{name}: --input and --poses are for a scene with an anchor cloud, found a field only");
-    }
-    if !held_out && args.seconds.is_some() {
-        bail!("{name}: --seconds is for a scene with held-out measurements, found none");
-    }
-    let held_out = held_out.then(|| held_out::measure(&scene, path, args)).transpose()?;
-    let cloud = cloud.map(|c| streams::measure(&scene, c, path, args)).transpose()?;
+    let held_out = held_out::measure(&scene, path, args)?;
     let listened = args.listener.as_ref().map(|set| listener::measure(&scene, set, args)).transpose()?;
-    let mut json = held_out.as_ref().map_or_else(|| json!({}), |part| part.json.clone());
-    for (name, part) in [("cloud", &cloud), ("listener", &listened)] {
-        if let Some(part) = part {
-            json[name] = part.json.clone();
-        }
+    let mut json = held_out.json.clone();
+    if let Some(part) = &listened {
+        json["listener"] = part.json.clone();
     }
-    let parts: Vec<Part> = held_out.into_iter().chain(cloud).chain(listened).collect();
+    let parts: Vec<Part> = std::iter::once(held_out).chain(listened).collect();
     let text = |markdown| parts.iter().map(|p| &*p.text[usize::from(markdown)]).collect::<Vec<_>>().join("\n");
-    report::tables(&args.files(), &json, text)
+    report::tables(&args.json, &args.markdown, &json, text)
 }

@@ -49,7 +49,8 @@ pub(crate) fn markdown_or(files: &MarkdownFile, table: impl Fn(bool) -> String) 
 /// Writes figures to the files that are asked for, and prints their tables unless standard output is one. `table` makes them,
 /// in Markdown if it is told so.
 pub(crate) fn tables(
-    (json_file, markdown): &(JsonFile, MarkdownFile),
+    json_file: &JsonFile,
+    markdown: &MarkdownFile,
     json: &serde_json::Value,
     table: impl Fn(bool) -> String,
 ) -> Result<()> {
@@ -70,7 +71,7 @@ pub(crate) fn figures(
         std::fs::create_dir_all(folder).map_err(FileError::write(folder))?;
         plots(folder)?;
     }
-    tables(&(files.json.clone(), files.markdown.clone()), json, table)
+    tables(&files.json, &files.markdown, json, table)
 }
 
 /// The last part of a path.

@@ -13,13 +13,13 @@ use crate::args::{ClipArgs, RunArgs, Simulate, SimulateArgs};
 use crate::{capture, hrtf, path, report};
 use anyhow::{Result, bail};
 use promenade_acoustics::{Air, Entry, Materials};
-use promenade_baker::simulation::{Hrtf, MeshOptions, Part, PartFolder, RunKey, Simulated, along};
+use promenade_baker::simulation::{Hrtf, MeshOptions, Part, Simulated, along, is_complete, part_folder};
 use promenade_baker::{Response, Responses};
 use promenade_core::Pose;
 use promenade_core::glam::Vec3;
 use promenade_paths::ImportOptions;
 use std::fmt::Debug;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 pub(crate) fn run(args: &SimulateArgs) -> Result<()> {
@@ -102,15 +102,14 @@ impl Run<'_> {
     }
 
     /// The folder of a part of the run, which all of this decides beside the run itself.
-    fn part_folder(&self, poses: &[Pose], room: &[&dyn Debug]) -> Result<Option<PartFolder>> {
+    fn part_folder(&self, poses: &[Pose], room: &[&dyn Debug]) -> Result<Option<PathBuf>> {
         let Some(part) = self.args.part else { return Ok(None) };
         if part.poses(poses).is_empty() {
             bail!("--part: expected at most as many parts as places of the listener, found {} of {}", part.number, part.of);
         }
         let whole = MeshOptions { part: Part::WHOLE, ..self.options() };
         let run: [&dyn Debug; 3] = [&self.head.0, &self.rate, &whole];
-        let key = RunKey::of(&[&poses, &[room, &run].concat()]);
-        Ok(Some(PartFolder::new(self.output, key, part)))
+        Ok(Some(part_folder(self.output, part, &[&poses, &[room, &run].concat()])))
     }
 
     /// How responses were made, for the notes of their set.
@@ -149,16 +148,15 @@ impl Run<'_> {
         Ok(all)
     }
 
-    /// Writes a set, a part of it, or what it makes of dry sound. Returns where.
-    fn save<'a>(&'a self, responses: &Responses, part: Option<&'a PartFolder>, poses: &[Pose]) -> Result<&'a Path> {
-        match part {
-            Some(part) => part.save(responses, poses)?,
-            None if !self.clips.dry.is_empty() => {
-                capture::write(&capture::clips_of(responses, self.clips, None, self.args.seed)?, self.output)?;
-            }
-            None => responses.save(self.output)?,
+    /// Writes a set, a part of it in its folder, or what it makes of dry sound. Returns where.
+    fn save<'a>(&'a self, responses: &Responses, part: Option<&'a Path>) -> Result<&'a Path> {
+        let output = part.unwrap_or(self.output);
+        if self.clips.dry.is_empty() {
+            responses.save(output)?;
+        } else {
+            capture::write(&capture::clips_of(responses, self.clips, None, self.args.seed)?, output)?;
         }
-        Ok(part.map_or(self.output, PartFolder::path))
+        Ok(output)
     }
 
     /// Says what was made.
@@ -176,10 +174,10 @@ impl Run<'_> {
 }
 
 /// Whether a part need not be made, which is said.
-fn is_there(part: &PartFolder) -> bool {
-    let there = part.is_complete();
+fn is_there(part: &Path) -> bool {
+    let there = is_complete(part);
     if there {
-        report::line(format_args!("{}: is there already", part.path().display()));
+        report::line(format_args!("{}: is there already", part.display()));
     }
     there
 }

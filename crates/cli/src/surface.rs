@@ -27,7 +27,7 @@ const EVEN: f64 = 0.25;
 const BETWEEN: usize = 8;
 /// Cells of free space unless told, about.
 const MOST_CELLS: f64 = 5e5;
-/// Edges of cells unless told, metres: of a hull, and of free space.
+/// Edges of cells unless told, metres: of a mesh's sampling, and of free space.
 const CELLS_M: [f32; 2] = [0.25, 0.1];
 
 pub(crate) fn run(args: &SurfaceArgs) -> Result<()> {
@@ -69,7 +69,6 @@ pub(crate) fn run(args: &SurfaceArgs) -> Result<()> {
             }
             found.mesh
         }
-        Shape::Hull => Mesh::hull_around(&points, &held, cell.into()).with_context(|| what.clone())?,
         Shape::Free => {
             let cell = args.cell.unwrap_or_else(|| free_cell(&points, &held));
             notes.push(format!("cells of {cell:.2} m"));

@@ -70,18 +70,9 @@ fn mistakes_are_one_line() {
     assert!(fails(&["capture", "check", &scene]).contains("room.promenade"));
     let import = |more: &[&str]| fails(&[&["capture", "import", room, "-o", &place.text("x")], more].concat());
     assert!(import(&["--layout", "rwavs"]).contains("transforms_scale_train.json: cannot be read"));
-    assert!(import(&["--layout", "responses"]).contains("poses.npy, poses.json or poses.txt"));
-    assert!(import(&["--layout", "rwavs", "--dry", &speech]).contains("--dry is for layouts of responses"));
     assert!(!place.path("x").exists());
     assert_eq!(promenade(&["eval", &scene]).status.code(), Some(2));
     assert_eq!(promenade(&["capture", "import", room, "-o", "x", "--layout", "other"]).status.code(), Some(2));
-    // Rows of poses beside the responses make a capture of their own.
-    let rows: String = (0..13).map(|i| format!("0 0 0 {} 0 0\n", 15 * i - 90)).collect();
-    std::fs::write(place.path("poses.txt"), rows).unwrap();
-    let imported = place.text("imported");
-    let set = ["--layout", "responses", "--dry", &speech, "--emitter", "2,0,0"];
-    let (_, said) = succeeds(&[&["capture", "import", room, "-o", &imported], &set[..]].concat());
-    assert!(said.contains("13 tracks"), "{said}");
 }
 
 /// Noise from an emitter in the open, at listeners once round, or at one who turns on the spot.

@@ -4,14 +4,14 @@ use crate::common::{Place, RATE, all_fail, checkpoint, fails, json, promenade, r
 use promenade_baker::checkpoint::Imported;
 use promenade_baker::cloud_scene::{CloudSceneOptions, cloud_scene};
 use promenade_baker::sound;
-use promenade_baker::streaming::bursts_and_clicks;
 use promenade_baker::wav::{self, Format};
 use promenade_core::network::{CloudKind, CloudModel};
 use promenade_core::published::{ConvMode, Projection};
-use promenade_core::{AnchorCloud, Provenance, Scene, StftGrid};
+use promenade_core::{Provenance, Scene, StftGrid};
 use promenade_testing::clouds;
 use promenade_testing::clouds::Sizes;
 use promenade_testing::heads::write_sofa;
+use promenade_testing::signal::noise;
 use std::path::Path;
 
 #[test]
@@ -34,9 +34,9 @@ fn bakes_inspects_and_measures() {
     // A head, three poses, the means and what is just noticed, of figures and of levels.
     assert_eq!(table.lines().filter(|l| !l.is_empty()).count(), 6 + 6, "{table}");
     assert_eq!(table.matches("\njust noticeable ").count(), 2, "{table}");
-    let (markdown, _) = succeeds(&["measure", &scene, "--format", "markdown"]);
+    let (markdown, _) = succeeds(&["measure", &scene, "--markdown"]);
     assert!(markdown.starts_with("| held-out pose"), "{markdown}");
-    let json = crate::common::json(&["measure", &scene, "--format", "json"]);
+    let json = crate::common::json(&["measure", &scene, "--json"]);
     let mean = &json["mean_absolute_error"];
     assert!(mean["itd_us"].as_f64().unwrap() < 60.0 && mean["ild_db"].as_f64().unwrap() < 2.0, "{mean}");
 }
@@ -423,48 +423,6 @@ fn import(name: &str, scene: &str) {
 }
 
 #[test]
-fn a_clouds_streams_are_compared_with_its_clips() {
-    let place = Place::new();
-    // Clips of 2 hops: too short to leave anything between their edges, so that only latency and cost remain.
-    let short = place.text("short.promenade");
-    import("sh.safetensors", &short);
-    let (table, _) = succeeds(&["measure", &short, "--poses", "2"]);
-    assert!(table.starts_with("stream ") && table.contains("high"), "{table}");
-    assert!(table.contains("note: nothing to compare with: clips have 8 samples"), "{table}");
-    assert!(table.contains("noise bursts and tone clicks, 3.00 s at 8000 Hz") && table.contains("2 poses"), "{table}");
-
-    let scene = place.text("cloud.promenade");
-    std::fs::write(&scene, small_cloud().to_bytes().unwrap()).unwrap();
-    let input = place.text("in.wav");
-    wav::write(Path::new(&input), RATE, &[&bursts_and_clicks(f64::from(RATE), 0.5)], Format::Int16).unwrap();
-    let (markdown, _) = succeeds(&["measure", &scene, "--input", &input, "--poses", "1", "--format", "markdown"]);
-    assert!(markdown.starts_with("| stream ") && markdown.contains("- input: in.wav, 0.50 s at 8000 Hz"), "{markdown}");
-    let json = json(&["measure", &scene, "--input", &input, "--poses", "2", "--format", "json"]);
-    let streams = json["cloud"]["streams"].as_array().unwrap();
-    let named = |name: &str| streams.iter().find(|s| s["name"] == name).unwrap_or_else(|| panic!("{name}: {json}"));
-    for name in ["source", "high", "reference"] {
-        let distance = &named(name)["distance"];
-        for figure in ["avcloud_mag", "audible_lsd_db", "avcloud_lre_db", "level_db"] {
-            assert!(distance[figure].as_f64().is_some_and(f64::is_finite), "{name}: {figure}: {json}");
-        }
-    }
-    assert_eq!(named("reference")["lookahead_hops"].as_u64(), Some(5));
-    assert!(named("source")["real_time"].is_null() && json["cloud"]["decode_ms"].as_f64().is_some_and(|ms| ms > 0.0));
-
-    // Held-out measurements come first, the cloud after them; its bins are not the room's.
-    let room = Scene::from_bytes(&std::fs::read(place.bake()).unwrap()).unwrap();
-    let mut parts = room.parts().clone();
-    parts.cloud = small_cloud().cloud().map(|c| AnchorCloud { conv: ConvMode::Off, ..c.clone() });
-    std::fs::write(&scene, Scene::new(parts).unwrap().to_bytes().unwrap()).unwrap();
-    let (table, _) = succeeds(&["measure", &scene, "--poses", "1"]);
-    let at = |text: &str| table.find(text).unwrap_or_else(|| panic!("{text}: {table}"));
-    assert!(at("held-out pose") < at("stream "), "{table}");
-    let streams: Vec<&str> = table[at("stream ")..].lines().skip(1).filter_map(|l| l.split_whitespace().next()).collect();
-    assert_eq!(streams[..4], ["source", "draft", "standard", "high"], "{table}");
-    assert!(table.contains("nothing to compare with: the model's masks have 33 bands"), "{table}");
-}
-
-#[test]
 fn a_checkpoint_becomes_a_scene_that_every_tier_renders() {
     let place = Place::new();
     let imported = place.text("imported.promenade");
@@ -481,7 +439,7 @@ fn a_checkpoint_becomes_a_scene_that_every_tier_renders() {
     assert!(json["field"]["memory_bytes"].as_u64().unwrap() <= 300_000, "{json}");
 
     // At another rate than the model's, so that reference and clip convert.
-    wav::write(Path::new(&dry), RATE, &[&bursts_and_clicks(f64::from(RATE), 1.0)], Format::Float32).unwrap();
+    wav::write(Path::new(&dry), RATE, &[&noise(1, RATE as usize)], Format::Float32).unwrap();
     let levels = ["draft", "standard", "high", "reference", "clip"].map(|tier| {
         let out = place.text(&format!("{tier}.wav"));
         succeeds(&["render", &baked, &dry, &out, "--tier", tier, "--bits", "32f"]);
@@ -511,21 +469,11 @@ fn a_checkpoint_becomes_a_scene_that_every_tier_renders() {
 #[test]
 fn measure_says_what_it_needs() {
     let place = Place::new();
-    let input = place.dry("in.wav", 0.2, 1);
-    let (room, bare, cloud) = (place.bake(), place.text("bare.promenade"), place.text("cloud.promenade"));
+    let (bare, cloud) = (place.text("bare.promenade"), place.text("cloud.promenade"));
     succeeds(&["bake", "responses", place.folder.path().to_str().unwrap(), "-o", &bare]);
     std::fs::write(&cloud, small_cloud().to_bytes().unwrap()).unwrap();
-    place.dry("two.wav", 0.2, 2);
-    place.dry("brief.wav", 0.05, 1);
-    all_fail(&[
-        (vec!["measure", &bare], "expected held-out measurements (bake it with --hold-out) or an anchor cloud, found neither"),
-        (vec!["measure", &room, "--input", &input], "--input and --poses are for a scene with an anchor cloud"),
-        (vec!["measure", &room, "--poses", "2"], "--input and --poses are for a scene with an anchor cloud"),
-        (vec!["measure", &cloud, "--seconds", "1"], "--seconds is for a scene with held-out measurements"),
-        (vec!["measure", &cloud, "--input", &place.text("two.wav")], "expected a dry sound of 1 channel, found 2"),
-        (vec!["measure", &cloud, "--input", &place.text("brief.wav")], "input: expected at least 0.11 s"),
-        (vec!["measure", &cloud, "--input", &place.text("none.wav")], "none.wav: cannot be read"),
-    ]);
+    let neither = "expected held-out measurements (bake it with --hold-out) or --trade, found neither";
+    all_fail(&[(vec!["measure", &bare], neither), (vec!["measure", &cloud], neither)]);
 }
 
 /// A scene with a small anchor cloud whose weights look random.

@@ -392,18 +392,19 @@ fn parts_together_are_the_whole() {
         std::fs::remove_dir_all(&joined).unwrap();
     }
 
-    // What is there is not made again, what was broken off or damaged is.
+    // What is there is not made again, what was broken off is.
     let part = |room: &[&str], part| made(room, part).0;
     let [a, b] = ["1/2", "2/2"].map(|k| part(&of_mesh, k));
     let before = files(Path::new(&a));
     assert!(made(&of_mesh, "1/2").1.contains("is there already"));
     let sound = before.keys().find(|name| name.ends_with(".wav")).unwrap();
-    for damage in [sound.as_str(), "responses.json", "part.json"] {
-        std::fs::write(Path::new(&a).join(damage), "half of i").unwrap();
+    std::fs::write(Path::new(&a).join("responses.json"), "half of i").unwrap();
+    fails(&["join", &a, &b, "-o", &joined]);
+    assert!(!made(&of_mesh, "1/2").1.contains("is there already"));
+    for missing in [sound.as_str(), "responses.json"] {
+        std::fs::remove_file(Path::new(&a).join(missing)).unwrap();
         fails(&["join", &a, &b, "-o", &joined]);
-        assert!(!made(&of_mesh, "1/2").1.contains("is there already"), "{damage}");
-        std::fs::remove_file(Path::new(&a).join(damage)).unwrap();
-        assert!(!made(&of_mesh, "1/2").1.contains("is there already"), "{damage}");
+        assert!(!made(&of_mesh, "1/2").1.contains("is there already"), "{missing}");
         assert_eq!(files(Path::new(&a)), before);
     }
 
@@ -411,7 +412,9 @@ fn parts_together_are_the_whole() {
     let other_seed = part(&[&of_mesh[..], &["--seed", "2"]].concat(), "2/2");
     std::fs::write(&mesh, ROOM.replace("2.8", "2.9")).unwrap();
     let other_room = part(&of_mesh, "2/2");
+    let bare = text("part-2-of-2-0123456789abcdef");
     std::fs::create_dir(text("empty")).unwrap();
+    std::fs::create_dir(&bare).unwrap();
     let wide = [&of_mesh[..], &["-o", &parts, "--part", "8/8"]].concat();
     all_fail(&[
         (vec!["join", &a, "-o", &joined], "parts: expected all 2, found none of number 2"),
@@ -419,17 +422,15 @@ fn parts_together_are_the_whole() {
         (vec!["join", &a, &of_thirds, "-o", &joined], "found part 1 of 3 of another run"),
         (vec!["join", &a, &other_seed, "-o", &joined], "expected a part of 2 of the same run as"),
         (vec!["join", &a, &other_room, "-o", &joined], "found part 2 of 2 of another run"),
-        (
-            vec!["join", &a, &text("empty"), "-o", &joined],
-            "expected a complete part of a simulation, with a part.json, found none",
-        ),
+        (vec!["join", &a, &text("empty"), "-o", &joined], "expected a part as `simulate` calls it, part-K-of-N-RUN"),
+        (vec!["join", &bare, "-o", &joined], "expected a complete part of a simulation, with a responses.json, found none"),
         (wide, "--part: expected at most as many parts as places of the listener, found 8 of 8"),
     ]);
     // A name that leads out of its folder.
-    let about = Path::new(&b).join("part.json");
-    let stolen = std::fs::read_to_string(&about).unwrap().replace("pose-", "../pose-");
-    std::fs::write(about, stolen).unwrap();
-    fails(&["join", &a, &b, "-o", &joined]);
+    let manifest = Path::new(&b).join("responses.json");
+    let stolen = std::fs::read_to_string(&manifest).unwrap().replace("pose-", "../pose-");
+    std::fs::write(manifest, stolen).unwrap();
+    assert!(fails(&["join", &a, &b, "-o", &joined]).contains("expected names of files in its folder, found ../pose-"));
     // What was begun is no set.
     assert!(!Path::new(&joined).join("responses.json").exists());
 }

@@ -39,7 +39,7 @@ pub use early::Chain;
 pub use error::FitError;
 pub use fits::{Alike, Found, FullFit, FullOptions, Saved, SurfaceFit, VoxelFit, WallFound, full_fit, octave_t20_s};
 pub use late::{Histories, Surface};
-pub use measurements::{Clock, Convention, Errors, Figures, LEAST_RESPONSES, LoadOptions, Measurement, Measurements, Place};
+pub use measurements::{Clock, Errors, Figures, LEAST_RESPONSES, LoadOptions, Measurement, Measurements, Place};
 pub use numerics::Random;
 pub use prediction::{
     Arrival, Baseline, Prediction, Residual, RoomModel, Row, Split, all_figures, baselines, fit_row, mean_rows,

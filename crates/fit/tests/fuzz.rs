@@ -1,7 +1,7 @@
 //! Measured sets that nobody should have made: an error or something that can be used, in bounded memory, and never a panic.
 
 use promenade_audio::wav;
-use promenade_fit::{Convention, LoadOptions, Measurements, Saved, all_figures};
+use promenade_fit::{LoadOptions, Measurements, Saved, all_figures};
 use promenade_testing::fuzz::{Counting, Input, Search};
 use promenade_testing::noise;
 use std::fs;
@@ -60,7 +60,7 @@ fn measured_sets() {
         }
         let set = set.map_err(|error| error.to_string())?;
         assert!(set.all.iter().all(|one| one.samples.iter().all(|x| x.is_finite())), "samples that are no numbers");
-        assert_eq!(all_figures(&set, Convention::AvDar).len(), set.all.len());
+        assert_eq!(all_figures(&set).len(), set.all.len());
         Ok(())
     });
 }

@@ -12,8 +12,8 @@ fn load(setting: &str) -> Measurements {
 mod figures {
     use super::load;
     use promenade_fit::{
-        Alike, Convention, FlatRoom, FullOptions, LoadOptions, Measurements, Split, Walls, all_figures, baselines, fit_row,
-        full_fit, mean_rows, octave_t20_s, table,
+        Alike, FlatRoom, FullOptions, LoadOptions, Measurements, Split, Walls, all_figures, baselines, fit_row, full_fit,
+        mean_rows, octave_t20_s, table,
     };
     use std::time::Instant;
 
@@ -27,17 +27,17 @@ mod figures {
         let places = std::env::var("PLACES").unwrap_or_else(|_| "10".to_owned());
         for setting in only.split(',') {
             let set = load(setting);
-            let figures = all_figures(&set, Convention::AvDar);
+            let figures = all_figures(&set);
             let room = FlatRoom::of_box(Walls::of_size([9.7, 5.5, 2.7]).unwrap()).unwrap();
             let mut tables = Vec::new();
             for seed in 0..splits {
                 let near = || Split::of((0..30).filter(|i| set.all[*i].distance_m() < 2.5).collect(), 30);
                 let split = places.parse().map_or_else(|_| near(), |n| Split::drawn(set.all.len(), n, seed).unwrap());
-                let mut rows = baselines(&set, &figures, &split, Convention::AvDar);
+                let mut rows = baselines(&set, &figures, &split);
                 let train = set.only(&split.train);
                 let began = Instant::now();
                 let full = full_fit(&room, &train, &FullOptions::default(), None, &mut |_, _| Ok(())).unwrap();
-                rows.push(fit_row("full fit", &full, &set, &figures, &split, Convention::AvDar));
+                rows.push(fit_row("full fit", &full, &set, &figures, &split));
                 println!("full {:.1} s", began.elapsed().as_secs_f64());
                 tables.push(rows);
             }
@@ -86,21 +86,21 @@ mod figures {
 
 mod needs_shared {
     use super::load;
-    use promenade_fit::{Convention, FlatRoom, FullOptions, Split, Walls, all_figures, baselines, fit_row, full_fit};
+    use promenade_fit::{FlatRoom, FullOptions, Split, Walls, all_figures, baselines, fit_row, full_fit};
 
     #[test]
     #[ignore = "needs ../shared"]
     fn the_fit_of_a_measured_room_predicts_other_places() {
         let set = load("000");
         assert_eq!((set.all.len(), set.sample_rate_hz), (30, 16_000));
-        let figures = all_figures(&set, Convention::AvDar);
+        let figures = all_figures(&set);
         let split = Split::drawn(30, 10, 0).unwrap();
-        let rows = baselines(&set, &figures, &split, Convention::AvDar);
+        let rows = baselines(&set, &figures, &split);
         let room = FlatRoom::of_box(Walls::of_size([9.7, 5.5, 2.7]).unwrap()).unwrap();
         let held = FullOptions { order: 3, geometry: false, places: false, source: false, ..FullOptions::default() };
         let fit = full_fit(&room, &set.only(&split.train), &held, None, &mut |_, _| Ok(())).unwrap();
-        let fit = fit_row("full fit", &fit, &set, &figures, &split, Convention::AvDar).errors;
-        let [nearest, _, _, regression] = [0, 1, 2, 3].map(|i: usize| rows[i].errors);
+        let fit = fit_row("full fit", &fit, &set, &figures, &split).errors;
+        let [nearest, _, regression] = [0, 1, 2].map(|i: usize| rows[i].errors);
         assert!(regression.c50_db < 0.6 && regression.t60_percent < 5.0, "{regression:?}");
         assert!(fit.loudness_db < 0.8 && fit.c50_db < 0.9 && fit.t60_percent < 4.5, "{fit:?}");
         // The array stands elsewhere than stated, which early echoes show while places are held.

@@ -33,7 +33,6 @@ mod arrival;
 mod audible;
 pub mod avcloud;
 mod bands;
-mod blind_decay;
 mod decay;
 mod deconvolution;
 mod envelope;
@@ -45,18 +44,16 @@ mod onset;
 mod picture;
 pub mod rwavs;
 mod saliency;
-mod similarity;
 mod spectrogram;
 pub mod statistics;
-mod tail;
 #[cfg(test)]
+#[path = "tests/signals.rs"]
 mod test_signals;
 mod tone;
 
 pub use arrival::{Arrival, arrival};
 pub use audible::{AUDIBLE_FLOOR_DB, AUDIBLE_FRAME_DB, audible_lsd_db};
 pub use bands::{band_ild_error_db, band_powers};
-pub use blind_decay::blind_decay_time_s;
 pub use decay::{DecayRange, backward_integral, c50_db, decay_time_s, schroeder_db};
 pub use deconvolution::deconvolve;
 pub use envelope::{envelope, envelope_distance};
@@ -67,9 +64,7 @@ pub use octave::{octave_of, smoothed_levels_db};
 pub use onset::onset;
 pub use picture::{Plane, fused, loudness_of_pixels, picture_saliency};
 pub use saliency::{SALIENCY_RATE_HZ, SALIENCY_STEP_S, SampleBudget, picture_weights, saliency};
-pub use similarity::binaural_similarity;
 pub use spectrogram::{LSD_EPS, Spectrogram, Window, lsd_db};
-pub use tail::tail_modulation_db;
 pub use tone::{Cleanliness, tone_cleanliness};
 
 use thiserror::Error;

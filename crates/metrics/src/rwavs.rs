@@ -1,11 +1,9 @@
-//! MAG and ENV as published with the RWAVS set (Liang et al. 2023, "AV-NeRF: Learning Neural Fields for Real-World Audio-Visual
+//! MAG as published with the RWAVS set (Liang et al. 2023, "AV-NeRF: Learning Neural Fields for Real-World Audio-Visual
 //! Scene Synthesis", and its published evaluation): one-second clips at 22,050 Hz.
 //!
 //! Not comparable with the figures of [`crate::avcloud`], although both call themselves MAG.
 
 use crate::{MetricError, Spectrogram, Window, check_pair};
-
-pub use super::avcloud::env;
 
 /// The spectrogram of MAG: 512-point transform, hop 128, periodic Hann window; the clip is zero beyond its ends.
 pub const SPECTROGRAM: Spectrogram = Spectrogram { n_fft: 512, hop: 128, window_length: 512, window: Window::Hann };

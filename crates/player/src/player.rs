@@ -59,8 +59,6 @@ pub struct Player {
     voices: Vec<Voice>,
     /// What comes last, at the sound's rate.
     headphones: Option<HeadphoneFilter>,
-    /// Processor seconds of the last stream.
-    processor_s: f64,
 }
 
 enum Engine {
@@ -123,7 +121,7 @@ impl Player {
                 (Engine::Clips(Box::new(ClipPlayer::new(&cloud.model, *scene.grid())?)), own_hz)
             }
         };
-        Ok(Self { engine, rate_hz, played_hz, voices: Vec::new(), headphones: None, processor_s: 0.0 })
+        Ok(Self { engine, rate_hz, played_hz, voices: Vec::new(), headphones: None })
     }
 
     /// Decodes so many times a second in the tiers high and reference.
@@ -249,12 +247,6 @@ impl Player {
         self.stream().map_or(0.0, |stream| stream.tail_samples() as f64 / self.played_hz)
     }
 
-    /// Processor seconds that the last stream took; the decoding of its first pose is not counted. 0 for clips.
-    #[must_use]
-    pub fn processor_s(&self) -> f64 {
-        self.processor_s
-    }
-
     /// Plays a whole sound; `pose_at` is given seconds from its start. What sounds after a stream's input is kept.
     ///
     /// `write` is given both ears block by block, of `block` samples at most unless the sound is converted or played in clips,
@@ -284,8 +276,7 @@ impl Player {
         match &mut self.engine {
             Engine::Stream(stream) if self.rate_hz == self.played_hz => {
                 let voices = &mut std::mem::take(&mut self.voices)[..];
-                self.processor_s = Playback { source, voices, tail: true, mix, block }.through(stream, pose_at, write)?;
-                Ok(())
+                Ok(Playback { source, voices, tail: true, mix, block }.through(stream, pose_at, write)?)
             }
             _ => {
                 let channels = source.whole()?;
@@ -337,7 +328,7 @@ impl Player {
                     Ok(())
                 };
                 let playback = Playback { source, voices: &mut [], tail, mix: Mix::RENDERED, block: BLOCK };
-                self.processor_s = playback.through(stream, pose_at, &mut keep)?;
+                playback.through(stream, pose_at, &mut keep)?;
                 ears
             }
             Engine::Clips(player) => player.render_long(&mono(&source.whole()?), pose_at)?,

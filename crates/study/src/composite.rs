@@ -8,8 +8,6 @@ use std::path::Path;
 
 /// Weights that the page has of a second of sound; between them it draws a line.
 pub(crate) const WEIGHTS_HZ: f64 = 25.0;
-/// How long before it is heard a sound may raise its weight, seconds.
-const LOOK_AHEAD_S: f64 = 0.5;
 
 /// How much each moment of a file of sound stands out, and its length in seconds: the saliency of the mean of its channels, a
 /// value each [`SALIENCY_STEP_S`](promenade_metrics::SALIENCY_STEP_S).
@@ -28,6 +26,6 @@ pub fn sound_saliency(path: &Path) -> Result<(Vec<f64>, f64), Fault> {
 /// Weights of a sound for the page, 0 to 1, [`WEIGHTS_HZ`] of them a second.
 pub(crate) fn weights(path: &Path) -> Result<Vec<f64>, Fault> {
     let (trace, seconds) = sound_saliency(path)?;
-    let weights = picture_weights(&trace, LOOK_AHEAD_S, WEIGHTS_HZ, (seconds * WEIGHTS_HZ).ceil() as usize + 1);
+    let weights = picture_weights(&trace, WEIGHTS_HZ, (seconds * WEIGHTS_HZ).ceil() as usize + 1);
     Ok(weights.into_iter().map(|weight| (weight * 1e4).round() / 1e4).collect())
 }

@@ -1,5 +1,6 @@
-//! What an open editor asks of a scene, and the threads that compute the answers.
+//! What an open editor or the loader asks of a scene, and the threads that compute the answers.
 
+pub mod front;
 pub mod response;
 pub mod reverberation;
 pub mod room_map;

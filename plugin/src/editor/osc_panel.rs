@@ -123,12 +123,11 @@ impl OscPanel {
         });
         labelled(ui, ctx.palette, Word::AdmObject, |ui| {
             let mut adm = config.adm;
-            let size = Vec2::new(56.0, CONTROL);
             let object = DragValue::new(&mut adm.object).range(0..=9_999).speed(0.1).update_while_editing(false);
-            ui.add_sized(size, object);
+            ui.add_sized(Vec2::new(44.0, CONTROL), object);
             let metres = METRE_LIMITS.0..=METRE_LIMITS.1;
             let metres = DragValue::new(&mut adm.metres).range(metres).speed(0.05).suffix(" m").update_while_editing(false);
-            ui.add_sized(size, metres);
+            ui.add_sized(Vec2::new(ui.available_width(), CONTROL), metres);
             if adm != config.adm {
                 change(ctx, |c| c.adm = adm);
             }

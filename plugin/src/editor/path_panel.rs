@@ -230,12 +230,7 @@ impl PathPanel {
         });
         self.take_file(ctx);
         ScrollArea::vertical().id_salt("outcome").auto_shrink(false).min_scrolled_height(0.0).show(ui, |ui| {
-            outcome(
-                ui,
-                ctx.palette,
-                self.outcome.as_ref(),
-                "Reads .json, .csv, .gltf, .glb and images.txt of COLMAP. A typed name without a folder is one of the library.",
-            );
+            outcome(ui, ctx.palette, self.outcome.as_ref(), "JSON, CSV, glTF or COLMAP images.txt");
         });
     }
 

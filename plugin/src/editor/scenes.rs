@@ -7,15 +7,15 @@ use self::about::about_scene;
 use self::line::{line, room_line};
 use super::chooser::{Chooser, FileKind, Place};
 use super::ctx::{Ctx, Owed};
-use super::theme::{Palette, SPACE};
-use super::widgets::{button, field, note, switch, tab};
+use super::theme::{CONTROL, Palette, SPACE};
+use super::widgets::{button, button_width, field, note, switch, tab};
 use super::words::Word;
 use crate::history::user_state::UserState;
 use crate::library::lister::{Listed, Lister, Listing, card_at};
 use crate::library::{self, scene_key::SceneKey};
 use crate::parameter::{Parameter, choices::SceneChoice, row::SlotKind};
 use crate::worker::{LISTER, TaskHandle};
-use egui::{Align, Frame, Layout, Margin, RichText, ScrollArea, TextEdit, Ui};
+use egui::{Align, Frame, Layout, Margin, RichText, ScrollArea, TextEdit, Ui, vec2};
 use nice_plug::nice_error;
 use nice_plug::prelude::Enum;
 use std::path::Path;
@@ -42,8 +42,8 @@ pub(super) struct Scenes {
 const KIND: FileKind = FileKind { name: "Promenade scene", extensions: library::SCENES };
 /// Room for the button below the list, points.
 const ABOUT: f32 = 32.0;
-/// Room for the button beside the search, points.
-const OPEN: f32 = 68.0;
+/// Room for the scroll bar, points.
+const BAR: f32 = 4.0;
 
 /// What a line of the list chooses.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -90,11 +90,12 @@ impl Scenes {
         let frame = Frame::new().fill(ctx.palette.panel).inner_margin(Margin { left: 12, right: 8, top: 4, bottom: 8 });
         egui::Panel::left("scenes").exact_size(WIDTH).resizable(false).frame(frame).show(ui, |ui| {
             let listing = ctx.listing;
+            ui.set_max_width(ui.available_width() - BAR);
             self.header(ui, ctx, listing);
             let about = if self.about { 0.4 * ui.available_height() } else { 0.0 };
             let height = (ui.available_height() - about - ABOUT).max(80.0);
             ScrollArea::vertical().max_height(height).auto_shrink(false).show(ui, |ui| {
-                ui.set_width(ui.available_width() - 4.0);
+                ui.set_width(ui.available_width());
                 self.lines(ui, ctx, listing);
             });
             if let Some(scene) = ctx.scene {
@@ -153,11 +154,9 @@ impl Scenes {
             field(ui, &mut self.file, "Path of a scene file");
         }
         ui.horizontal(|ui| {
-            let search = TextEdit::singleline(&mut self.search)
-                .hint_text("Search")
-                .margin(Margin::symmetric(8, 5))
-                .desired_width(ui.available_width() - OPEN);
-            ui.add(search);
+            ui.spacing_mut().item_spacing.x = SPACE;
+            let place = vec2(ui.available_width() - button_width(ui, Word::OpenScene) - SPACE, CONTROL);
+            ui.add_sized(place, TextEdit::singleline(&mut self.search).hint_text("Search"));
             if ui.add_enabled_ui(!self.files.is_busy(), |ui| button(ui, ctx.palette, Word::OpenScene)).inner.clicked() {
                 let typed = if self.folders { self.file.as_str() } else { "" };
                 self.why_not = self.files.ask(ctx, KIND, Place::typed_or(typed, Place::Existing), scene_file).err();
@@ -194,7 +193,7 @@ impl Scenes {
                 note(ui, ctx.palette, format!("Saved with the project: {}", saved.title));
             }
             if shown.is_empty() {
-                let why = if lines.is_empty() { "No scenes yet: see Folder" } else { "Nothing matches" };
+                let why = if lines.is_empty() { "Empty: Folder shows where your scenes go" } else { "Nothing matches" };
                 note(ui, ctx.palette, why);
             }
             for (pick, listed) in shown {

@@ -10,14 +10,19 @@ use crate::telemetry::decibels;
 use egui::{Align2, Color32, CornerRadius, Rect, ScrollArea, Sense, TextEdit, Ui, UiBuilder, Vec2, WidgetInfo, pos2, vec2};
 
 /// Width of a source's line at least, points: as many stand beside each other as there is room for.
-const LINE: f32 = 346.0;
-/// Parts of a line, points.
+const LINE: f32 = OTHERS + LEAST_NAME + 2.0 * SPACE;
+/// Parts of a line, points; the name takes what is left.
 const DOT: f32 = 18.0;
 const NUMBER: f32 = 18.0;
-const NAME: f32 = 90.0;
+const LEAST_NAME: f32 = 60.0;
 const KEY: f32 = 26.0;
 const LEVEL: f32 = 58.0;
 const METER: f32 = 34.0;
+const WHERE: f32 = 76.0;
+/// Space between two of them, points.
+const GAP: f32 = 2.0;
+/// What all parts but the name take, with the space after each, points.
+const OTHERS: f32 = DOT + NUMBER + 2.0 * KEY + LEVEL + METER + WHERE + 9.0 * GAP;
 /// How fast a meter falls, a share of its length a second.
 const FALL_PER_S: f32 = 0.6;
 
@@ -106,10 +111,10 @@ impl SourcesPanel {
         if whole.clicked() {
             ctx.selection.source = source;
         }
-        let mut left = rect.left() + 2.0;
+        let mut left = rect.left() + GAP;
         let mut cell = |width: f32| {
             let place = Rect::from_min_size(pos2(left, rect.top()), vec2(width, CONTROL));
-            left += width + 2.0;
+            left += width + GAP;
             place
         };
         let dot = cell(DOT);
@@ -123,10 +128,11 @@ impl SourcesPanel {
         };
         text(cell(NUMBER).center(), Align2::CENTER_CENTER, (source + 1).to_string(), palette.soft);
         let mut name = info.name.clone();
-        let place = cell(NAME);
+        let width = rect.width() - OTHERS;
+        let place = cell(width);
         let hint = format!("Source {}", source + 1);
         let edit = TextEdit::singleline(&mut name).hint_text(hint).char_limit(LONGEST_NAME).margin(vec2(4.0, 4.0));
-        if ui.put(place, edit.desired_width(NAME)).on_hover_text(Word::SourceName.help()).changed() {
+        if ui.put(place, edit.desired_width(width)).on_hover_text(Word::SourceName.help()).changed() {
             ctx.change_sources(|all| all.change(source, |info| info.name = name));
         }
         for (word, on) in [(Word::Mute, info.mute), (Word::Solo, info.solo)] {

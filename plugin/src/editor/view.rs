@@ -361,6 +361,9 @@ fn paint(
         scene::emitter(&mut layers, ctx, home, moved, hot == Some(Handle::Emitter));
         if let Some(seen) = layers.project(moved) {
             sources::name(&mut layers, &painter, ctx, seen, ctx.project_sources().of(0).name, 14.0);
+            if !scenery.sources.is_empty() {
+                sources::number(&mut layers, &painter, seen, 0, ctx.palette.ground);
+            }
         }
     }
     for (further, at) in scenery.sources.iter().enumerate() {

@@ -220,7 +220,8 @@ table! {
         /// Camera path.
         StopRecording = ("Stop recording", "Makes what was recorded the project's path; Undo brings the former one back"),
         /// Camera path.
-        Import = ("Import", "Reads a file as the project's path: the one that is named above, or one to choose"),
+        Import = ("Import", "Reads a file as the project's path: the one that is named above, where a name without a \
+            folder is one of the library's, or one to choose"),
         /// Camera path.
         Export = ("Export", "Writes the path as JSON or CSV: to the file that is named above, or to one to choose"),
         /// Camera path.

@@ -4,10 +4,9 @@ use crate::library::drawn_room::DrawnRoom;
 use crate::library::factory::{self, FactoryScene};
 use crate::worker::lock::lock;
 use crate::worker::shared::{OfScene, Shared};
-use promenade_core::{Carriers, Head, Latency, NoHeadError, NotAmbisonicError, RenderError, Scene, SceneError};
+use promenade_core::{Carriers, FrontPoint, Head, Latency, NoHeadError, NotAmbisonicError, RenderError, Scene, SceneError};
 use promenade_fault::Fault;
-use promenade_judge::JudgeError;
-use promenade_judge::trade::scene_within;
+use promenade_judge::trade;
 use promenade_room::SceneHead;
 use std::collections::VecDeque;
 use std::sync::{Arc, Mutex, Weak};
@@ -82,14 +81,10 @@ pub fn heard_with(scene: &Scene, hash: &str, head: &Head) -> Result<Arc<Scene>, 
 /// Scenes of settings, by the scene and what they may be off.
 static NEAR: Shared<(OfScene, u32), Scene> = Shared::new();
 
-/// The cheapest scene within an error of all of one, in differences that are just noticed. Where the scene does not carry its
-/// front, that is found first, which takes seconds.
-///
-/// # Errors
-/// What is heard of the scene cannot be compared.
-pub fn within(scene: &Arc<Scene>, jnds: f32) -> Result<Arc<Scene>, JudgeError> {
-    let kept = || Ok(Arc::unwrap_or_clone(scene_within(scene, jnds, &|| true)?.0));
-    NEAR.of((scene.into(), jnds.to_bits()), kept)
+/// The cheapest scene of a front within an error of all of one, in differences that are just noticed.
+pub fn within(scene: &Arc<Scene>, front: &[FrontPoint], jnds: f32) -> Arc<Scene> {
+    let kept = || trade::within(front, jnds).and_then(|point| scene.with_setting(point.setting)).ok_or(());
+    NEAR.of((scene.into(), jnds.to_bits()), kept).unwrap_or_else(|()| Arc::clone(scene))
 }
 
 /// Pairs of Ambisonic channels, by the scene that they were made of.

@@ -5,6 +5,7 @@ mod walks;
 mod worn;
 
 use self::scenes::Served;
+use crate::answers::front::FrontSearch;
 use crate::library::LoadError;
 use crate::listener::leader::Leader;
 use crate::parameter::Parameter;
@@ -21,8 +22,10 @@ use promenade_core::headphones::{HeadphoneFilter, Headphones};
 use promenade_core::{Emitters, Scene};
 use std::sync::atomic::{AtomicU32, AtomicU64, AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, Weak};
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
+/// How often it is looked whether a search is over.
+const SEARCHED: Duration = Duration::from_millis(200);
 /// Room for what the audio thread no longer needs, until the loader drops it.
 const RETIRED_CAPACITY: usize = 16;
 
@@ -86,6 +89,8 @@ pub struct Loader {
     loaded: Mutex<Option<Choices>>,
     /// What was prepared last, for the editor. It does not keep them in memory.
     current: Mutex<Current>,
+    /// Finds what less of the scene may be played; all of it is until then.
+    search: FrontSearch,
     /// The attention weights of the scene's decoder.
     pub attention: Arc<Attention>,
     /// Asks an open editor for its next picture.
@@ -128,6 +133,7 @@ impl Loader {
             retired: ArrayQueue::new(RETIRED_CAPACITY),
             loaded: Mutex::default(),
             current: Mutex::default(),
+            search: FrontSearch::default(),
             attention: Arc::default(),
             repaint: Repaint::default(),
         });
@@ -218,6 +224,11 @@ impl Loader {
         Some([latency, latency + tail])
     }
 
+    /// Whether all of the scene is played until it is known what less of it may be.
+    pub fn is_searching(&self) -> bool {
+        self.search.is_over().is_some()
+    }
+
     /// The scene that is played or about to be.
     pub fn scene(&self) -> Option<Arc<Scene>> {
         lock(&self.current).scene.upgrade()
@@ -254,7 +265,7 @@ impl Loader {
 impl Task for Loader {
     fn run(&self) -> Option<Instant> {
         self.refresh();
-        None
+        self.search.is_over().map(|_| Instant::now() + SEARCHED)
     }
 }
 

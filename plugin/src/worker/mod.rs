@@ -45,6 +45,8 @@ pub static LISTER: Worker = Worker::new("promenade-lister");
 pub static RESPONDER: Worker = Worker::detached("promenade-response");
 /// Measures the tiers of a scene for an editor; apart from the responder, because it takes longer.
 pub static JUDGE: Worker = Worker::detached("promenade-judge");
+/// Finds the front of a scene; detached, because it takes seconds to minutes.
+pub static SEARCHER: Worker = Worker::detached("promenade-front");
 /// Measures a scene over its plan for an editor.
 pub static MAPPER: Worker = Worker::detached("promenade-map");
 /// Shares the budget of processor time out among all instances.

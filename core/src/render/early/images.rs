@@ -59,8 +59,8 @@ impl ImageFilters {
     }
 
     /// Where the images of voices are added up.
-    pub(crate) fn bus(&self) -> AmbisonicBus {
-        AmbisonicBus::new(&self.head, self.is_early)
+    pub(crate) fn bus(some: Option<&Self>) -> AmbisonicBus {
+        AmbisonicBus::new(some.map(|filters| &filters.head), some.is_some_and(|filters| filters.is_early))
     }
 
     pub(crate) fn memory_bytes(&self) -> usize {
@@ -390,12 +390,14 @@ impl Part for ImageVoices {
     }
 
     fn prepare(&mut self, portion: usize, heard: &mut Heard<'_>) {
-        let Some(images) = heard.images.as_deref_mut().filter(|_| self.filters.is_early) else { return };
+        if !self.filters.is_early {
+            return;
+        }
         if portion == 0 {
             let (_, to, ..) = self.hop;
             self.aim(&to);
         }
-        self.play_images((portion + 1) * (self.now.len() + 1) / PORTIONS, 0, images);
+        self.play_images((portion + 1) * (self.now.len() + 1) / PORTIONS, 0, heard.images);
     }
 
     fn forget_prepared(&mut self) {
@@ -410,10 +412,10 @@ impl Part for ImageVoices {
 
     fn take(&mut self, hop: &mut [f32], span: Range<usize>, heard: &mut Heard<'_>) {
         let block = self.filters.pace.block;
-        if let Some(images) = heard.images.as_deref_mut().filter(|_| span.end.is_multiple_of(block)) {
+        if span.end.is_multiple_of(block) {
             let (from, to, ..) = self.hop;
             let pose = if from == to { to } else { from.toward(&to, span.end as f32 / hop.len() as f32) };
-            self.play(&hop[span.end - block..span.end], &pose, images);
+            self.play(&hop[span.end - block..span.end], &pose, heard.images);
         }
     }
 

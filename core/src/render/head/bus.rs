@@ -143,11 +143,11 @@ fn tile<S: Simd, const N: usize>(
     }
 }
 
-/// Where the moving arrivals of all voices are added up, and heard block by block.
+/// Where the moving arrivals of all voices are added up, and heard block by block; silence without a head.
 pub(crate) struct AmbisonicBus {
     arch: Arch,
     bus: Bus,
-    convolver: HeadConvolver,
+    convolver: Option<HeadConvolver>,
     /// Whether anything was added in the running block.
     sounds: bool,
     /// Whether a block may end before it is there, and whether this one has.
@@ -159,12 +159,12 @@ pub(crate) struct AmbisonicBus {
 
 impl AmbisonicBus {
     /// For blocks as long as those of the head's spectra, which may end before they are there or not.
-    pub(crate) fn new(head: &Arc<HeadSpectra>, is_early: bool) -> Self {
-        let block = head.hop();
+    pub(crate) fn new(head: Option<&Arc<HeadSpectra>>, is_early: bool) -> Self {
+        let [block, pairs] = head.map_or([0; 2], |head| [head.hop(), head.pairs()]);
         Self {
             arch: Arch::new(),
-            bus: Bus::new(block, head.pairs()),
-            convolver: HeadConvolver::new(Arc::clone(head)),
+            bus: Bus::new(block, pairs),
+            convolver: head.map(|head| HeadConvolver::new(Arc::clone(head))),
             sounds: false,
             is_early,
             has_ended: false,
@@ -188,9 +188,9 @@ impl AmbisonicBus {
             return;
         }
         self.heard.iter_mut().for_each(|ear| ear.fill(0.0));
-        if std::mem::take(&mut self.sounds) {
+        if let Some(convolver) = self.convolver.as_mut().filter(|_| std::mem::take(&mut self.sounds)) {
             self.bus.finish(self.arch);
-            self.convolver.add(|pair, out| self.bus.read(pair, out), width, &mut self.heard);
+            convolver.add(|pair, out| self.bus.read(pair, out), width, &mut self.heard);
         }
     }
 
@@ -210,19 +210,19 @@ impl AmbisonicBus {
     /// Adds what the ears hear of the block before, from a sample on.
     pub(crate) fn add_to(&self, at: usize, ears: [&mut [f32]; 2]) {
         for (ear, heard) in ears.into_iter().zip(&self.heard) {
-            ear.iter_mut().zip(&heard[at..]).for_each(|(ear, x)| *ear += x);
+            ear.iter_mut().zip(heard.iter().skip(at)).for_each(|(ear, x)| *ear += x);
         }
     }
 
     /// Forgets the past.
     pub(crate) fn reset(&mut self) {
-        self.convolver.reset();
+        self.convolver.iter_mut().for_each(HeadConvolver::reset);
         self.forget_prepared();
         self.heard.iter_mut().for_each(|ear| ear.fill(0.0));
     }
 
     pub(crate) fn memory_bytes(&self) -> usize {
-        self.convolver.memory_bytes() + self.bus.memory_bytes() + 2 * size_of_val(&*self.heard[0])
+        self.convolver.as_ref().map_or(0, HeadConvolver::memory_bytes) + self.bus.memory_bytes() + 2 * size_of_val(&*self.heard[0])
     }
 }
 

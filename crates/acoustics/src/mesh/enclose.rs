@@ -1,6 +1,6 @@
 //! Rooms around points: the surfaces of a place that is given by points on its walls, as by reconstructions from pictures.
 
-use super::{Mesh, Triangle, hull};
+use super::Mesh;
 use crate::error::AcousticsError;
 use glam::DVec2;
 
@@ -86,42 +86,6 @@ impl Mesh {
         }
         let on_wall = walls.as_flattened().iter().map(|(_, share)| *share).collect::<Vec<_>>();
         Ok(FoundBox { mesh, size_m, turn_rad: turn, on_wall: std::array::from_fn(|i| on_wall[i]) })
-    }
-
-    /// The convex hull of points in cells of an edge, metres, with groups `floor`, `ceiling` and `wall` by direction, z up. The
-    /// outermost 2 % on each side are left out. It holds some places, as of cameras, and a cell and 0.3 m about them.
-    ///
-    /// # Errors
-    /// The points and places that [`Mesh::box_around`] refuses; a cell that is not above 0.
-    pub fn hull_around(points: &[[f64; 3]], held: &[[f64; 3]], cell_m: f64) -> Result<Self, AcousticsError> {
-        check(points, held)?;
-        if !(cell_m > 0.0 && cell_m.is_finite()) {
-            return Err(AcousticsError::argument("cell", "above 0 m", cell_m));
-        }
-        let ranges = [0, 1, 2].map(|axis| range(points.iter().map(|p| p[axis]).collect()));
-        let inside = |p: &&[f64; 3]| p.iter().zip(&ranges).all(|(x, [low, high])| (low..=high).contains(&x));
-        // In whole cells, so that a wall's points lie in a plane.
-        let away = AWAY_M + cell_m;
-        let corner = |p: &[f64; 3], i: usize| [0, 1, 2].map(|axis| p[axis] + if i >> axis & 1 == 0 { -away } else { away });
-        let about: Vec<[f64; 3]> = held.iter().flat_map(|p| (0..8).map(move |i| corner(p, i))).collect();
-        let cells: std::collections::BTreeSet<[i64; 3]> =
-            points.iter().filter(inside).chain(&about).map(|p| p.map(|x| nearest(x / cell_m))).collect();
-        let cells: Vec<_> = cells.into_iter().collect();
-        let faces = hull::hull(&cells)
-            .ok_or_else(|| AcousticsError::argument("points", "those of a room", "none that enclose anything"))?;
-        let mut mesh = Self::default();
-        let mut numbers = std::collections::BTreeMap::new();
-        let mut corner = |cell: usize| {
-            *numbers.entry(cell).or_insert_with(|| {
-                mesh.vertices.push(cells[cell].map(|x| x as f64 * cell_m));
-                mesh.vertices.len() as u32 - 1
-            })
-        };
-        let triangles: Vec<[u32; 3]> = faces.into_iter().map(|face| face.map(&mut corner)).collect();
-        // Until they are grouped by direction.
-        mesh.triangles = triangles.into_iter().map(|corners| Triangle { corners, group: 0 }).collect();
-        mesh.group_by_direction();
-        Ok(mesh)
     }
 }
 
@@ -230,32 +194,15 @@ mod tests {
     }
 
     #[test]
-    fn a_hull_holds_the_room_and_has_a_floor() {
-        let hull = Mesh::hull_around(&scanned([7.0, 4.5, 2.8], 0.0), &[], 0.25).unwrap();
-        let [low, high] = hull.bounds();
-        for (axis, size) in [7.0, 4.5, 2.8].into_iter().enumerate() {
-            assert!((high[axis] - low[axis] - size).abs() < 0.3, "{low:?} {high:?}");
-        }
-        assert!(
-            ["floor", "wall", "ceiling"].iter().all(|name| hull.groups.iter().any(|group| group == name)),
-            "{:?}",
-            hull.groups
-        );
-        assert!(hull.triangles.len() < 200, "{}", hull.triangles.len());
-    }
-
-    #[test]
     fn rooms_hold_the_places_that_they_were_seen_from() {
         // Of a corner, photographs from where no points are.
         let points: Vec<[f64; 3]> = scanned([4.0, 4.0, 2.4], 0.4).into_iter().filter(|p| p[0] < 0.3).collect();
         let held: Vec<[f64; 3]> =
             (0..20).map(|i| [2.0 + 0.05 * f64::from(i), 0.1 * f64::from(i), 0.07 * f64::from(i)]).collect();
         let boxed = Mesh::box_around(&points, &held).unwrap();
-        let hull = Mesh::hull_around(&points, &held, 0.25).unwrap();
-        for mesh in [&boxed.mesh, &hull] {
-            let room = crate::Room::new(mesh, &vec![crate::Material::even("", 0.1, 0.1); mesh.groups.len()]).unwrap();
-            assert!(held.iter().all(|at| room.encloses(*at).unwrap() && room.surroundings(*at).unwrap().clearance_m > 0.2));
-        }
+        let mesh = &boxed.mesh;
+        let room = crate::Room::new(mesh, &vec![crate::Material::even("", 0.1, 0.1); mesh.groups.len()]).unwrap();
+        assert!(held.iter().all(|at| room.encloses(*at).unwrap() && room.surroundings(*at).unwrap().clearance_m > 0.2));
         assert!(boxed.on_wall.iter().any(|share| *share < 0.01), "{:?}", boxed.on_wall);
     }
 
@@ -265,6 +212,5 @@ mod tests {
         assert!(refused(&[[0.0; 3]; 5]).contains("100 or more"));
         assert!(refused(&[[0.0, 0.0, f64::NAN]; 200]).contains("NaN"));
         assert!(refused(&[[1.0, 2.0, 3.0]; 200]).contains("those of a room"));
-        assert!(Mesh::hull_around(&[[1.0, 2.0, 3.0]; 200], &[], 0.2).is_err());
     }
 }

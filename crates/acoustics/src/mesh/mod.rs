@@ -1,17 +1,14 @@
 //! The shape of a room.
 
-mod ac3d;
 mod enclose;
 mod file;
 mod flatten;
 mod floor;
 mod free_space;
 mod gltf;
-mod hull;
 mod names;
 mod nets;
 mod obj;
-mod patches;
 mod ply;
 mod ply_file;
 mod polygon;

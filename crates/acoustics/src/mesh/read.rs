@@ -1,14 +1,14 @@
 //! Meshes from files.
 
 use super::file::bytes;
-use super::{Mesh, ac3d, gltf, obj, ply, stl};
+use super::{Mesh, gltf, obj, ply, stl};
 use crate::error::AcousticsError;
 use std::path::Path;
 
 impl Mesh {
-    /// Reads a mesh after its ending: `.obj`, `.stl`, `.ply`, `.glb`, `.gltf` or `.ac`. Groups are the materials of the file,
-    /// else its objects, else one that is called `surface`. Coordinates are the file's, except those of glTF
-    /// and AC3D, whose y axis is up and is turned to z.
+    /// Reads a mesh after its ending: `.obj`, `.stl`, `.ply`, `.glb` or `.gltf`. Groups are the materials of the file,
+    /// else its objects, else one that is called `surface`. Coordinates are the file's, except those of glTF,
+    /// whose y axis is up and is turned to z.
     ///
     /// # Errors
     /// A file that cannot be read, is damaged, of another kind, or holds no triangles.
@@ -18,10 +18,9 @@ impl Mesh {
             Some("stl") => stl::read,
             Some("ply") => ply::read,
             Some("glb" | "gltf") => gltf::read,
-            Some("ac") => ac3d::read,
             other => {
                 let found = format!("the ending \"{}\"", other.unwrap_or_default());
-                return Err(AcousticsError::content(path, "a file ending in .obj, .stl, .ply, .glb, .gltf or .ac", found));
+                return Err(AcousticsError::content(path, "a file ending in .obj, .stl, .ply, .glb or .gltf", found));
             }
         };
         let mesh = read(path, &bytes(path)?)?;

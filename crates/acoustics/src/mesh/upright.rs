@@ -13,7 +13,7 @@ const ACROSS: f64 = 0.99;
 
 /// Whether a format states that y is up, and [`Mesh::load`] has turned it to z.
 fn states_y(path: &Path) -> bool {
-    path.extension().is_some_and(|ending| ["glb", "gltf", "ac"].iter().any(|with| ending.eq_ignore_ascii_case(with)))
+    path.extension().is_some_and(|ending| ["glb", "gltf"].iter().any(|with| ending.eq_ignore_ascii_case(with)))
 }
 
 impl Mesh {

@@ -79,8 +79,6 @@ pub struct FieldErrors {
     pub p95_db: f32,
     /// 99th percentile.
     pub p99_db: f32,
-    /// Largest.
-    pub worst_db: f32,
     /// Share of masks that are above the level.
     pub judged: f32,
 }
@@ -235,11 +233,5 @@ fn errors(field: &Field, decoders: &mut Decoders<'_>, spans: &[Span; 6], seed: u
     }
     errors.sort_by(f32::total_cmp);
     let at = |share: f64| errors.get((share * (errors.len().saturating_sub(1)) as f64) as usize).copied().unwrap_or(0.0);
-    FieldErrors {
-        median_db: at(0.5),
-        p95_db: at(0.95),
-        p99_db: at(0.99),
-        worst_db: at(1.0),
-        judged: errors.len() as f32 / all.max(1) as f32,
-    }
+    FieldErrors { median_db: at(0.5), p95_db: at(0.95), p99_db: at(0.99), judged: errors.len() as f32 / all.max(1) as f32 }
 }

@@ -172,13 +172,9 @@ impl Room {
         TransferShape { bins: grid.bins(), bands: Bands::for_rate(grid.sample_rate_hz).count(), taps }
     }
 
-    /// Measures the room that responses share: `early_s` seconds of explicit taps, or as many as it requires, and a late part.
-    pub(crate) fn of(
-        measured: &[&Response],
-        grid: &StftGrid,
-        early_s: Option<f64>,
-        seed: u64,
-    ) -> Result<(Self, Vec<ResponseParts>), BakeError> {
+    /// Measures the room that responses share: explicit taps for half the reverberation time, as much of it as T20 is measured
+    /// on, up to 0.22 s, and an exponential late part.
+    pub(crate) fn of(measured: &[&Response], grid: &StftGrid, seed: u64) -> Result<(Self, Vec<ResponseParts>), BakeError> {
         let analyser = Analyser::new(*grid);
         let bands = Bands::for_rate(grid.sample_rate_hz);
         let silent = |r: &Response| crate::error::unmeasurable(&format!("response '{}'", r.name), "an ear is silent");
@@ -206,16 +202,13 @@ impl Room {
                 (0..bands.count()).map(|b| all.clone().map(|e| e[l][b]).sum::<f64>() / ears).collect()
             })
             .collect();
-        let fitted_from = Self::shape(measured, grid, early_s.unwrap_or(FITTED_FROM_S)).taps;
+        let fitted_from = Self::shape(measured, grid, FITTED_FROM_S).taps;
         let direct = directs.iter().flat_map(|d| &d.gain).flatten().map(|g| g * g).sum::<f64>() / (ears * grid.bins() as f64);
         let low_hz = grid.bin_hz(LOWEST_BINS.min(grid.bins()) - 1);
         let low_bands = bands.centres_hz().iter().filter(|hz| f64::from(**hz) <= low_hz).count();
         let t60 = t60_s(&mean, low_bands, fitted_from, grid.hop_s(), direct)?;
-        let early_s = early_s.unwrap_or_else(|| {
-            let typical = median_high(t60.iter().map(|t| f64::from(*t))).unwrap_or_default();
-            (0.5 * typical).clamp(SHORTEST_EARLY_S, LONGEST_EARLY_S)
-        });
-        let shape = Self::shape(measured, grid, early_s);
+        let typical = median_high(t60.iter().map(|t| f64::from(*t))).unwrap_or_default();
+        let shape = Self::shape(measured, grid, (0.5 * typical).clamp(SHORTEST_EARLY_S, LONGEST_EARLY_S));
         let taps = shape.taps;
         let above_noise: Vec<usize> = (0..bands.count()).map(|b| hops_above_noise(&mean, b)).collect();
         let mut sums = [vec![0.0; bands.count()], vec![0.0; bands.count()], vec![0.0; bands.count()]];

@@ -3,14 +3,13 @@
 use crate::bake::layout::Layout;
 use crate::bake::model_head::model_head;
 use crate::error::BakeError;
-use crate::signal::convolve::convolve;
 use crate::sources::responses::Responses;
 use promenade_core::glam::Vec3;
 use promenade_core::random::Random;
 use promenade_core::{Head, Scene};
 use promenade_fourier::num_complex::Complex32;
 use promenade_fourier::signal;
-use promenade_metrics::{Cues, MetricError, binaural_similarity, lateral_deg, onset, pointed};
+use promenade_metrics::{Cues, MetricError, lateral_deg, pointed};
 use promenade_player::render_response;
 use std::sync::Arc;
 
@@ -22,9 +21,6 @@ const LEVEL_Z: f32 = 0.1;
 const LENGTH_S: f64 = 0.05;
 const HEAD_S: f64 = 0.01;
 const HEAD_LEAD_S: f64 = 0.002;
-/// Seconds of the noise that likeness is judged on, and of responses that it is heard through.
-const BURST_S: f64 = 0.5;
-const HEARD_S: f64 = 1.0;
 
 /// How far off something heard in the place of the measurements is, means over poses.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -33,8 +29,6 @@ pub struct HeardOff {
     pub lateral_deg: f64,
     /// Between the mean elevations that are pointed at, degrees; `None` where all was measured at the height of the ears.
     pub elevation_deg: Option<f64>,
-    /// How alike it sounds to the measurement, by [`binaural_similarity`] of a burst of noise, 1 for the same.
-    pub alike: f64,
     /// Share of the draws that point ahead where the measurement is heard behind, or the other way round; `None` where only one
     /// side was measured.
     pub confused: Option<f64>,
@@ -82,10 +76,10 @@ pub fn listened(scene: &Arc<Scene>, set: &Responses) -> Result<Listened, BakeErr
         ));
     }
     let listening = Listening { scene, set, layout: &layout, known: &known, baked: &baked };
-    let rivals: Vec<[Rival; 3]> = held.iter().map(|&pose| listening.rivals(pose)).collect::<Result<_, BakeError>>()?;
+    let rivals: Vec<[Cues; 3]> = held.iter().map(|&pose| listening.rivals(pose)).collect::<Result<_, BakeError>>()?;
     // Levels are a scene's own, or a head's: one gain for all poses.
     let louder = |kind: usize| {
-        let differences = held.iter().zip(&rivals).map(|(pose, of)| known[*pose].1.level_db() - of[kind].cues.level_db());
+        let differences = held.iter().zip(&rivals).map(|(pose, of)| known[*pose].1.level_db() - of[kind].level_db());
         differences.sum::<f64>() / held.len() as f64
     };
     let louder = [louder(0), 0.0, louder(2)];
@@ -93,24 +87,18 @@ pub fn listened(scene: &Arc<Scene>, set: &Responses) -> Result<Listened, BakeErr
     for (&pose, rivals) in held.iter().zip(rivals) {
         let noise = draws(pose as u64, known[pose].1.len());
         let truth = pointed(&known[pose].1, &known, &noise);
-        let response = &set.responses[pose];
-        let measured = bursts([&response.left, &response.right], rate);
         for ((offs, rival), louder) in offs.iter_mut().zip(rivals).zip(louder) {
-            let [left, right] = bursts([&rival.ears[0], &rival.ears[1]], rate);
-            let alike = binaural_similarity([&measured[0], &measured[1]], [&left, &right], rate);
-            let [lateral, elevation, confused] = off(&truth, &pointed(&rival.cues.raised(louder), &known, &noise));
-            offs.push([lateral, elevation, confused, alike.map_err(named(&response.name))?]);
+            offs.push(off(&truth, &pointed(&rival.raised(louder), &known, &noise)));
         }
     }
     let elevated = known.iter().any(|(direction, _)| direction[2].abs() > f64::from(LEVEL_Z));
     let sides = |sign: f64| known.iter().any(|(direction, _)| sign * direction[0] > 0.2);
     let around = sides(1.0) && sides(-1.0);
     let [scene, nearest, other_head] = offs.map(|offs| {
-        let mean = |of: fn(&[f64; 4]) -> f64| offs.iter().map(of).sum::<f64>() / offs.len() as f64;
+        let mean = |of: fn(&[f64; 3]) -> f64| offs.iter().map(of).sum::<f64>() / offs.len() as f64;
         HeardOff {
             lateral_deg: mean(|off| off[0]),
             elevation_deg: elevated.then(|| mean(|off| off[1])),
-            alike: mean(|off| off[3]),
             confused: around.then(|| mean(|off| off[2])),
         }
     });
@@ -130,21 +118,18 @@ struct Listening<'a> {
 
 impl Listening<'_> {
     /// What is heard in the place of a response, by its number: the scene, the nearest response, KEMAR.
-    fn rivals(&self, pose: usize) -> Result<[Rival; 3], BakeError> {
+    fn rivals(&self, pose: usize) -> Result<[Cues; 3], BakeError> {
         let Self { scene, set, layout, known, baked } = self;
         let rate = scene.grid().sample_rate_hz;
         let (site, lead) = (&layout.sites[pose], scene.grid().n_fft);
         let name = &set.responses[pose].name;
-        let rendered = render_response(scene, layout.poses[pose], lead, lead + (HEARD_S * rate) as usize)?;
-        let direct = rendered.each_ref().map(|ear| &ear[..ear.len().min(lead + (LENGTH_S * rate) as usize)]);
-        let cues = Cues::of(direct[0], direct[1], rate).map_err(named(name))?;
+        let [left, right] = render_response(scene, layout.poses[pose], lead, lead + (LENGTH_S * rate) as usize)?;
+        let cues = Cues::of(&left, &right, rate).map_err(named(name))?;
         let apart = |i: &&usize| layout.sites[**i].distance(site);
         let nearest = baked.iter().min_by(|a, b| apart(a).total_cmp(&apart(b))).copied().unwrap_or(pose);
-        let head = head_response(model_head(), site.direction, rate);
-        let other = Cues::of(&head[0], &head[1], rate).map_err(named("KEMAR"))?;
-        let beside = &set.responses[nearest];
-        let beside = Rival { cues: known[nearest].1.clone(), ears: [beside.left.clone(), beside.right.clone()] };
-        Ok([Rival { cues, ears: rendered }, beside, Rival { cues: other, ears: head }])
+        let [left, right] = head_response(model_head(), site.direction, rate);
+        let other = Cues::of(&left, &right, rate).map_err(named("KEMAR"))?;
+        Ok([cues, known[nearest].1.clone(), other])
     }
 }
 
@@ -152,12 +137,6 @@ impl Listening<'_> {
 fn named(name: &str) -> impl Fn(MetricError) -> BakeError {
     let name = name.to_owned();
     move |why| crate::error::unmeasurable(&format!("response '{name}'"), why)
-}
-
-/// Something that is heard in the place of a measurement.
-struct Rival {
-    cues: Cues,
-    ears: [Vec<f32>; 2],
 }
 
 /// Differences between mean lateral angles and mean elevations, degrees, and the share of draws on another side of the ears.
@@ -170,18 +149,6 @@ fn off(truth: &[[f64; 3]], heard: &[[f64; 3]]) -> [f64; 3] {
         (mean(&elevation, heard) - mean(&elevation, truth)).abs(),
         other_side as f64 / truth.len() as f64,
     ]
-}
-
-/// What a burst of noise is through the first second of a response from a little before its direct sound on, at both ears.
-fn bursts(response: [&[f32]; 2], rate: f64) -> [Vec<f32>; 2] {
-    let first = response.iter().filter_map(|ear| onset(ear)).min().unwrap_or(0).saturating_sub((HEAD_LEAD_S * rate) as usize);
-    let length = (HEARD_S * rate) as usize;
-    let mut random = Random::new(1);
-    let burst: Vec<f32> = (0..(BURST_S * rate) as usize).map(|_| random.normal()).collect();
-    let ears = response.map(|ear| &ear[first.min(ear.len())..(first + length).min(ear.len())]);
-    let mut heard = convolve(&burst, ears);
-    heard.iter_mut().for_each(|ear| ear.resize(burst.len() + length / 2, 0.0));
-    heard
 }
 
 /// Standard normal numbers.

@@ -5,7 +5,6 @@
 
 mod check;
 mod describe;
-mod folder;
 mod hold_out;
 mod manifest;
 mod names;
@@ -15,7 +14,6 @@ mod sofa;
 mod walls;
 
 pub use describe::{Describe, describe};
-pub use folder::{FolderOptions, load_folder};
 pub use hold_out::HoldOut;
 pub use promenade_sofa::Side;
 pub(crate) use promenade_sofa::{About, Recorded};

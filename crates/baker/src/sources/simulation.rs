@@ -6,6 +6,7 @@ mod box_room;
 mod directivity;
 mod early;
 #[cfg(test)]
+#[path = "simulation/tests/heads.rs"]
 pub(crate) mod heads;
 mod hrtf;
 mod join;
@@ -19,7 +20,7 @@ mod walls;
 pub use box_room::simulate_box;
 pub use directivity::directivity;
 pub use hrtf::Hrtf;
-pub use join::{PartFolder, RunKey, join};
+pub use join::{is_complete, join, part_folder};
 pub use mesh_room::{MeshOptions, Simulated, simulate_mesh};
 pub use part::Part;
 pub use poses::{Inside, along, fit, grid, random_inside, random_poses, scene_spacing_m, turned};

@@ -103,10 +103,6 @@ pub(crate) struct BakeResponsesArgs {
     /// Frame of the short-time transform, milliseconds; 13/16 of it are the scene's latency
     #[arg(long, value_name = "MS", default_value_t = 20.0)]
     pub(crate) window_ms: f64,
-    /// Explicit part of the room's sound, milliseconds; an exponential part follows it [default: half the reverberation time,
-    /// up to 220]
-    #[arg(long, value_name = "MS")]
-    pub(crate) early_ms: Option<f64>,
     /// Seed of the tail's pseudo-random phases
     #[arg(long, default_value_t = 1)]
     pub(crate) seed: u64,

@@ -12,7 +12,7 @@ use std::path::PathBuf;
 pub(crate) enum CaptureCommand {
     /// Make a capture of measured responses and dry sound, to judge or train with
     FromResponses(FromResponsesArgs),
-    /// Make a capture of recordings or responses as a data set lays them out
+    /// Make a capture of recordings as a data set lays them out
     Import(ImportCaptureArgs),
     /// Show what a capture holds: levels, split, what is left out
     Check(CheckArgs),
@@ -48,19 +48,6 @@ pub(crate) struct HoldOutArgs {
     pub(crate) test_track: Vec<String>,
 }
 
-/// How dry sound and responses become clips.
-#[derive(Debug, Args)]
-pub(crate) struct MixArgs {
-    #[command(flatten)]
-    pub(crate) clips: ClipArgs,
-    /// Seed of the choice of stretches and of the split
-    #[arg(long, default_value_t = 1)]
-    pub(crate) seed: u64,
-    /// Sample rate of the capture, hertz; without it the responses' or, for RWAVS, 22050
-    #[arg(long, value_name = "HZ", value_parser = clap::value_parser!(u32).range(1_000..=1_000_000))]
-    pub(crate) rate: Option<u32>,
-}
-
 #[derive(Debug, Args)]
 pub(crate) struct FromResponsesArgs {
     #[command(flatten)]
@@ -69,15 +56,19 @@ pub(crate) struct FromResponsesArgs {
     #[arg(short, long, value_name = "FOLDER")]
     pub(crate) output: PathBuf,
     #[command(flatten)]
-    pub(crate) mix: MixArgs,
+    pub(crate) clips: ClipArgs,
+    /// Seed of the choice of stretches and of the split
+    #[arg(long, default_value_t = 1)]
+    pub(crate) seed: u64,
+    /// Sample rate of the capture, hertz; without it the responses'
+    #[arg(long, value_name = "HZ", value_parser = clap::value_parser!(u32).range(1_000..=1_000_000))]
+    pub(crate) rate: Option<u32>,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, ValueEnum)]
 pub(crate) enum LayoutArg {
     /// One walk with a pose a second: source_syn_re.wav, binaural_syn_re.wav, gs_cameras.json or transforms_scale_*.json
     Rwavs,
-    /// Responses in the order of their names, with poses.npy, poses.json or poses.txt
-    Responses,
 }
 
 #[derive(Debug, Args)]
@@ -104,8 +95,9 @@ pub(crate) struct ImportCaptureArgs {
     /// Terms of the data
     #[arg(long, default_value = "")]
     pub(crate) licence: String,
-    #[command(flatten)]
-    pub(crate) mix: MixArgs,
+    /// Sample rate of the capture, hertz [default: 22050]
+    #[arg(long, value_name = "HZ", value_parser = clap::value_parser!(u32).range(1_000..=1_000_000))]
+    pub(crate) rate: Option<u32>,
 }
 
 #[derive(Debug, Args)]

@@ -47,7 +47,7 @@ pub(super) const EXAMPLES: [(&str, [&str; 2]); 35] = [
     ),
     ("simulate materials", ["simulate materials", "simulate materials > materials.txt"]),
     ("join", ["join out/* -o responses", "join out/part-1 out/part-2 -o responses"]),
-    ("surface", ["surface colmap -o room.obj", "surface cloud.ply --shape hull --metres-per-unit 0.5 -o room.obj"]),
+    ("surface", ["surface colmap -o room.obj", "surface cloud.ply --shape free --metres-per-unit 0.5 -o room.obj"]),
     (
         "import",
         [
@@ -90,7 +90,7 @@ pub(super) const EXAMPLES: [(&str, [&str; 2]); 35] = [
     ),
     (
         "capture import",
-        ["capture import data --layout rwavs -o walk", "capture import data --layout responses --dry speech.wav -o walk"],
+        ["capture import data --layout rwavs -o walk", "capture import data --layout rwavs --rate 48000 -o walk"],
     ),
     ("capture check", ["capture check walk", "capture check walk --json"]),
     ("capture emitter", ["capture emitter walk", "capture emitter walk --write"]),

@@ -8,14 +8,14 @@ use super::simulate::parse_rule;
 use super::values::{parse_point, within};
 use clap::{Args, ValueEnum};
 use promenade_core::glam::Vec3;
-use promenade_fit::{Convention, LoadOptions};
+use promenade_fit::LoadOptions;
 use promenade_room::Some7;
 use std::path::PathBuf;
 
 #[derive(Debug, Args)]
 pub(crate) struct FitArgs {
     /// Room and measurements, or measurements alone to judge what needs no room. ROOM: length, width and height from a corner
-    /// at the origin, metres, X,Y,Z; a mesh of flat walls, .obj, .stl, .ply, .glb, .gltf or .ac; or the word
+    /// at the origin, metres, X,Y,Z; a mesh of flat walls, .obj, .stl, .ply, .glb or .gltf; or the word
     /// `box`, of which all six walls are searched, as without a room [a folder of that name is ./box]. MEASUREMENTS: a .sofa
     /// file, or a folder with measurements.json or laid out as R3VIVAL is
     #[arg(value_name = "[ROOM] MEASUREMENTS", required = true, num_args = 1..=2)]
@@ -58,7 +58,7 @@ pub(crate) struct FitArgs {
     /// Emitter of a scene, metres [default: the first measurement's source]
     #[arg(long, value_name = "X,Y,Z", value_parser = parse_point, allow_hyphen_values = true)]
     pub(crate) emitter: Option<Vec3>,
-    /// Compare what is predicted at places that are held out, and print it as a table with all baselines
+    /// Compare what is predicted at two thirds of the places by the others, three times, and print it as a table with baselines
     #[arg(long)]
     pub(crate) evaluate: bool,
     /// Measurements of the same room with changed walls, which --materials says; what the fitted room predicts of them is
@@ -75,15 +75,6 @@ pub(crate) struct FitArgs {
     /// then is found from the reverberation of both, and printed as rules for --materials
     #[arg(long, value_name = "NAMES", value_delimiter = ',', requires = "changed", conflicts_with = "materials")]
     pub(crate) alike: Vec<String>,
-    /// Whose definitions of loudness, C50, EDT and T60
-    #[arg(long, value_enum, default_value_t = ConventionArg::AvDar)]
-    pub(crate) convention: ConventionArg,
-    /// Places that are fitted to in --evaluate; the others are held out [default: a third of all]
-    #[arg(long, value_name = "N")]
-    pub(crate) places: Option<usize>,
-    /// Draws of the places that are fitted to
-    #[arg(long, value_name = "N", default_value_t = 3, value_parser = clap::value_parser!(u32).range(1..=100))]
-    pub(crate) splits: u32,
     /// Seed of draws and rays
     #[arg(long, default_value_t = 1)]
     pub(crate) seed: u64,
@@ -172,23 +163,6 @@ impl MeasurementArgs {
             source_number: self.source_number,
             sd_m: self.uncertainty,
             air: self.air.air(),
-        }
-    }
-}
-
-#[derive(Clone, Copy, Debug, ValueEnum)]
-pub(crate) enum ConventionArg {
-    /// AV-DAR on Hearing Anything Anywhere
-    AvDar,
-    /// AVR on Real Acoustic Fields
-    Avr,
-}
-
-impl From<ConventionArg> for Convention {
-    fn from(arg: ConventionArg) -> Self {
-        match arg {
-            ConventionArg::AvDar => Self::AvDar,
-            ConventionArg::Avr => Self::Avr,
         }
     }
 }

@@ -115,9 +115,6 @@ pub(crate) struct MixMapArgs {
     /// Pictures a second
     #[arg(long, value_name = "N", default_value_t = 25.0, value_parser = within(0.01, 240.0))]
     pub(crate) fps: f64,
-    /// How long before it is heard a sound may raise its weight, seconds
-    #[arg(long, value_name = "S", default_value_t = 0.5, value_parser = within(0.02, 10.0))]
-    pub(crate) look_ahead: f64,
     /// Samples per pixel that each picture has on average
     #[arg(long, value_name = "N", default_value_t = 100, value_parser = clap::value_parser!(u32).range(1..=100_000))]
     pub(crate) samples: u32,
@@ -151,9 +148,6 @@ pub(crate) struct CompositeArgs {
     /// Pictures a second
     #[arg(long, value_name = "N", default_value_t = 25.0, value_parser = within(1.0, 240.0))]
     pub(crate) fps: f64,
-    /// How long before it is heard a sound may raise its weight, seconds
-    #[arg(long, value_name = "S", default_value_t = 0.5, value_parser = within(0.02, 10.0))]
-    pub(crate) look_ahead: f64,
     /// Folder to write to: 0001.png and so on
     #[arg(short, long, value_name = "FOLDER")]
     pub(crate) output: PathBuf,
@@ -180,9 +174,6 @@ pub(crate) struct SaliencyArgs {
     /// Pictures a second
     #[arg(long, value_name = "N", default_value_t = 25.0, value_parser = within(1.0, 240.0))]
     pub(crate) fps: f64,
-    /// How long before it is heard a sound may raise the weight, seconds
-    #[arg(long, value_name = "S", default_value_t = 0.5, value_parser = within(0.02, 10.0))]
-    pub(crate) look_ahead: f64,
     /// Samples per pixel that all pictures have on average
     #[arg(long, value_name = "N", default_value_t = 100, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     pub(crate) samples: u32,

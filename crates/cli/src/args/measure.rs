@@ -2,31 +2,24 @@
 
 use super::figures::{JsonFile, MarkdownFile};
 use super::values::within;
-use clap::{ArgGroup, Args, ValueEnum};
+use clap::{ArgGroup, Args};
 use promenade_baker::measure::RESPONSE_S;
 use std::path::PathBuf;
 
 #[derive(Debug, Args)]
 #[command(group(ArgGroup::new("subject").args(["scene", "response"]).required(true)))]
 pub(crate) struct MeasureArgs {
-    /// Scene file, baked with --hold-out or with an anchor cloud
+    /// Scene file, baked with --hold-out, or any with --trade
     pub(crate) scene: Option<PathBuf>,
     #[command(flatten)]
-    json: JsonFile,
+    pub(crate) json: JsonFile,
     #[command(flatten)]
-    markdown: MarkdownFile,
-    /// The older name of both, which goes to standard output.
-    #[arg(long, hide = true, value_enum, conflicts_with_all = ["response", "json", "markdown"])]
-    format: Option<TableForm>,
+    pub(crate) markdown: MarkdownFile,
     /// Length of the rendered responses, seconds; without it, one and a half times the longest decay
     #[arg(long, value_name = "S", conflicts_with = "response", value_parser = within(*RESPONSE_S.start(), *RESPONSE_S.end()))]
     pub(crate) seconds: Option<f64>,
-    /// Dry mono sound (WAV) that an anchor cloud's streams are compared on; without it, noise bursts and tone clicks
-    #[arg(long, value_name = "FILE", conflicts_with = "response")]
-    pub(crate) input: Option<PathBuf>,
-    /// Poses that an anchor cloud's streams are compared at, the start pose and random ones; without it 6. With --trade, others
-    /// at which settings are compared too
-    #[arg(long, value_name = "N", conflicts_with = "response", value_parser = clap::value_parser!(u32).range(1..=1000))]
+    /// Further poses at which settings are compared
+    #[arg(long, value_name = "N", requires = "trade", value_parser = clap::value_parser!(u32).range(1..=1000))]
     pub(crate) poses: Option<u32>,
     /// Responses that the scene was baked and held out from (folder with a responses.json, manifest or SOFA file): also how far
     /// off a listener points who knows their head
@@ -36,7 +29,7 @@ pub(crate) struct MeasureArgs {
     #[arg(long, value_name = "DIR", requires = "listener")]
     pub(crate) root: Option<PathBuf>,
     /// What less of the scene costs and how far it is off: fewer taps and images, a lower order, slower refreshing
-    #[arg(long, conflicts_with_all = ["response", "input", "seconds"])]
+    #[arg(long, conflicts_with_all = ["response", "seconds"])]
     pub(crate) trade: bool,
     /// Also a plot of it, SVG or PNG by the name
     #[arg(long, value_name = "FILE", requires = "trade")]
@@ -50,36 +43,7 @@ pub(crate) struct MeasureArgs {
     /// Response or rendering (WAV) to compare the other with
     #[arg(long, value_name = "FILE", requires = "response")]
     pub(crate) reference: Option<PathBuf>,
-    /// Also the modulation of the tail at this hop rate, hertz
-    #[arg(long, value_name = "HZ", requires = "response")]
-    pub(crate) hop_hz: Option<f64>,
-    /// Start of that tail, seconds
-    #[arg(long, value_name = "S", default_value_t = 0.5, requires = "hop_hz")]
-    pub(crate) from: f64,
-    /// End of that tail, seconds
-    #[arg(long, value_name = "S", default_value_t = 0.9, requires = "hop_hz")]
-    pub(crate) to: f64,
     /// Also the power beside a tone of this frequency, hertz
     #[arg(long, value_name = "HZ", requires = "response")]
     pub(crate) tone_hz: Option<f64>,
-}
-
-impl MeasureArgs {
-    /// Where JSON and Markdown go.
-    pub(crate) fn files(&self) -> (JsonFile, MarkdownFile) {
-        let (mut json, mut markdown) = (self.json.clone(), self.markdown.clone());
-        match self.format {
-            Some(TableForm::Json) => json.json = Some("-".into()),
-            Some(TableForm::Markdown) => markdown.markdown = Some("-".into()),
-            Some(TableForm::Text) | None => {}
-        }
-        (json, markdown)
-    }
-}
-
-#[derive(Clone, Copy, Debug, PartialEq, ValueEnum)]
-enum TableForm {
-    Text,
-    Markdown,
-    Json,
 }

@@ -9,7 +9,7 @@ pub(super) const SCALE: &str =
     "Metres of the mesh's unit [default: 1; a mesh that is no room in metres is refused unless this is given]";
 /// What `--up` means.
 pub(super) const UP: &str = "Direction of up in the mesh's file: an axis such as y, or X,Y,Z. Places are those of the turned \
-mesh: of one with y up x, -z and y of the file, as Blender shows it [default: y for glTF and AC3D; else z, or y for one that \
+mesh: of one with y up x, -z and y of the file, as Blender shows it [default: y for glTF; else z, or y for one that \
 seems to lie]";
 
 /// Its unit and its axes.

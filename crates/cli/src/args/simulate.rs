@@ -4,7 +4,7 @@ use super::air::AirArgs;
 use super::capture::ClipArgs;
 use super::mesh::{SCALE, UP};
 use super::values::{parse_absorption, parse_direction, parse_facing, parse_lengths, parse_part, parse_point, within};
-use clap::{Args, Subcommand, ValueEnum};
+use clap::{Args, Subcommand};
 use promenade_acoustics::{Material, Materials};
 use promenade_baker::simulation::{Absorption, MAX_LENGTH_S, Part};
 use promenade_core::glam::Vec3;
@@ -35,19 +35,10 @@ pub(crate) enum Simulate {
     Materials,
 }
 
-/// How size scatters.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub(crate) enum SizeScattering {
-    /// Not at all
-    None,
-    /// C. L. Christensen and J. H. Rindel, Forum Acusticum 2005, at the mean free path
-    ChristensenRindel,
-}
-
 /// A mesh, its materials and its source.
 #[derive(Clone, Debug, Args)]
 pub(crate) struct RoomArgs {
-    /// Mesh of the room: .obj, .stl, .ply, .glb, .gltf or .ac
+    /// Mesh of the room: .obj, .stl, .ply, .glb or .gltf
     #[arg(value_name = "ROOM")]
     pub(crate) mesh: PathBuf,
     /// Where the sound comes from, metres
@@ -63,9 +54,6 @@ pub(crate) struct RoomArgs {
     /// and scattering
     #[arg(long, value_name = "FILE.csv|FOLDER")]
     pub(crate) material_table: Vec<PathBuf>,
-    /// How surfaces that are small beside the wave scatter more than their material does
-    #[arg(long, value_enum, default_value_t = SizeScattering::None, value_name = "SOURCE")]
-    pub(crate) scattering_by_size: SizeScattering,
     // Those of `MeshArgs`: what is optional as a whole cannot hold what is flattened.
     #[arg(long, help = SCALE, value_name = "M", value_parser = within(1e-6, 1e6))]
     pub(crate) scale: Option<f64>,

@@ -9,8 +9,6 @@ use std::path::PathBuf;
 pub(crate) enum Shape {
     /// Six walls, where most points lie
     Box,
-    /// The convex hull
-    Hull,
     /// The space that sight lines from cameras to their points cross, closed where nothing was seen
     Free,
 }
@@ -25,8 +23,7 @@ pub(crate) struct SurfaceArgs {
     /// What to make of the points
     #[arg(long, value_enum, default_value_t = Shape::Box)]
     pub(crate) shape: Shape,
-    /// Edge of the cells that a hull's corners lie in, of the space that is free, and of a mesh's sampling, metres [default:
-    /// 0.25, of free space 0.1]
+    /// Edge of the cells of free space, and of a mesh's sampling, metres [default: 0.1; of a mesh's sampling for a box 0.25]
     #[arg(long, value_name = "M")]
     pub(crate) cell: Option<f32>,
     /// Walk of a listener that the room holds besides all cameras, any form of camera path, in the room's coordinates

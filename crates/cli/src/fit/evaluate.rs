@@ -12,24 +12,26 @@ use promenade_fit::{
 };
 use std::path::Path;
 
+/// Draws of the places that are fitted to.
+const DRAWS: u64 = 3;
+
 /// Judges what is predicted at places that are held out.
 pub(super) fn held_out(fitter: &Fitter<'_>, room: Option<&Stated>, set: &Measurements) -> Result<()> {
     let args = fitter.args;
-    let convention = args.convention.into();
     let count = set.all.len();
-    let places = args.places.unwrap_or(count.div_ceil(3));
-    let figures = all_figures(set, convention);
+    let places = count.div_ceil(3);
+    let figures = all_figures(set);
     let mut tables: Vec<Vec<Row>> = Vec::new();
     let bar = report::Bar::new("fitting", 1.0);
-    for i in 0..u64::from(args.splits) {
+    for i in 0..DRAWS {
         let split = Split::drawn(count, places, args.seed.wrapping_add(i))?;
-        let mut rows = baselines(set, &figures, &split, convention);
-        let row = |name: &str, fit: &dyn RoomModel| fit_row(name, fit, set, &figures, &split, convention);
+        let mut rows = baselines(set, &figures, &split);
+        let row = |name: &str, fit: &dyn RoomModel| fit_row(name, fit, set, &figures, &split);
         if let Some(stated) = room {
             // One that is searched is searched in the places that are fitted to.
             let train = set.only(&split.train);
             let room = &stated.room(&train)?;
-            let each = &mut |share| bar.at((i as f64 + share) / f64::from(args.splits));
+            let each = &mut |share| bar.at((i as f64 + share) / DRAWS as f64);
             let (whole, patches) = fitter.full(room, &train, None, &|_| Ok(()), each)?;
             rows.push(row("full fit", &whole));
             rows.extend(patches.map(|patches| row("full fit in voxels", &patches)));
@@ -38,11 +40,8 @@ pub(super) fn held_out(fitter: &Fitter<'_>, room: Option<&Stated>, set: &Measure
     }
     drop(bar);
     report::line(format_args!(
-        "{}: fitted to {places} of {count} places, judged at the others, {} draws, {} Hz, {}",
-        set.title,
-        args.splits,
-        set.sample_rate_hz,
-        convention.name()
+        "{}: fitted to {places} of {count} places, judged at the others, {DRAWS} draws, {} Hz, figures of AV-DAR",
+        set.title, set.sample_rate_hz
     ));
     report::markdown_or(&args.markdown, |markdown| report::table(&table(&mean_rows(&tables)), markdown))
 }
@@ -56,18 +55,15 @@ pub(super) fn changed(args: &FitArgs, path: &Path, fit: &mut FullFit, set: &Meas
     if !args.alike.is_empty() {
         return alike(args, fit, set, &judge);
     }
-    let convention = args.convention.into();
-    let figures = all_figures(&judge, convention);
-    let row = |name: &str, fit: &dyn RoomModel| Row {
-        name: name.to_owned(),
-        errors: prediction_errors(fit, set, &judge, &figures, convention),
-    };
+    let figures = all_figures(&judge);
+    let row =
+        |name: &str, fit: &dyn RoomModel| Row { name: name.to_owned(), errors: prediction_errors(fit, set, &judge, &figures) };
     let unchanged = row("unchanged", fit);
     for (surface, material) in materials(&fit.room.surfaces, &args.materials)? {
         fit.set_absorption(surface, &material.absorption);
     }
     let rows = [unchanged, row("changed", fit)];
-    report::line(format_args!("{}: predicted from {}, {}", judge.title, set.title, convention.name()));
+    report::line(format_args!("{}: predicted from {}, figures of AV-DAR", judge.title, set.title));
     report::markdown_or(&args.markdown, |markdown| report::table(&table(&rows), markdown))
 }
 

@@ -22,7 +22,7 @@ pub(super) fn run(args: &CompositeArgs) -> Result<()> {
     if frames > MOST_FRAMES {
         bail!("{}: expected sound for at most {MOST_FRAMES} pictures, found {frames}", args.sound.display());
     }
-    let weights = picture_weights(&trace, args.look_ahead, args.fps, frames);
+    let weights = picture_weights(&trace, args.fps, frames);
     std::fs::create_dir_all(&args.output).map_err(FileError::write(&args.output))?;
     let digits = frames.to_string().len().max(4);
     let bar = report::Bar::new("blending", 1.0);

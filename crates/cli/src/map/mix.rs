@@ -90,7 +90,7 @@ fn weights_of_sound(args: &MixMapArgs, size: [usize; 2]) -> Result<Vec<f64>> {
     if (frames * size[0] * size[1]) as f64 > MOST_PIXELS {
         bail!("expected at most {MOST_PIXELS:.0} pixels of all pictures together, found {frames} of {} x {}", size[0], size[1]);
     }
-    Ok(picture_weights(&trace, args.look_ahead, args.fps, frames))
+    Ok(picture_weights(&trace, args.fps, frames))
 }
 
 /// How salient each pixel of a further picture is.

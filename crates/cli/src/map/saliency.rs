@@ -16,7 +16,7 @@ pub(super) fn run(args: &SaliencyArgs) -> Result<()> {
         bail!("{}: expected a file ending in .json or .svg", other.display());
     }
     let (trace, seconds) = sound_saliency(&args.mix)?;
-    let weights = picture_weights(&trace, args.look_ahead, args.fps, (seconds * args.fps).ceil() as usize);
+    let weights = picture_weights(&trace, args.fps, (seconds * args.fps).ceil() as usize);
     let budget =
         SampleBudget::of_pictures(&weights, args.samples, args.least.unwrap_or(args.samples / 2)).context("--least")?;
     let samples = budget.spent_on(weights.iter().copied());
@@ -28,7 +28,6 @@ pub(super) fn run(args: &SaliencyArgs) -> Result<()> {
             let file = json!({
                 "sound": report::file_name(&args.mix),
                 "frames_per_second": args.fps,
-                "look_ahead_s": args.look_ahead,
                 "samples_per_pixel": { "mean": args.samples, "least": budget.least(), "most": budget.most() },
                 "frames": frames,
             });

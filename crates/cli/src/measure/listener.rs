@@ -16,15 +16,12 @@ pub(crate) fn measure(scene: &Arc<Scene>, path: &Path, args: &MeasureArgs) -> Re
     let set = Responses::load(path, &options)?;
     let found = listened(scene, &set).with_context(|| path.display().to_string())?;
     let rows = [("scene", found.scene), ("nearest measurement", found.nearest), ("KEMAR, free field", found.other_head)];
-    let mut table = vec![
-        ["heard off", "lateral, degrees", "elevation, degrees", "front-back %", "alike, 0 to 1"].map(str::to_owned).to_vec(),
-    ];
+    let mut table = vec![["heard off", "lateral, degrees", "elevation, degrees", "front-back %"].map(str::to_owned).to_vec()];
     for (name, off) in rows {
         let or_dash = |value: Option<f64>| value.map_or("-".to_owned(), |v| format!("{v:.1}"));
-        let HeardOff { lateral_deg, elevation_deg, confused, alike } = off;
+        let HeardOff { lateral_deg, elevation_deg, confused } = off;
         let confused = confused.map(|share| 100.0 * share);
-        let alike = format!("{alike:.2}");
-        table.push(vec![name.to_owned(), format!("{lateral_deg:.1}"), or_dash(elevation_deg), or_dash(confused), alike]);
+        table.push(vec![name.to_owned(), format!("{lateral_deg:.1}"), or_dash(elevation_deg), or_dash(confused)]);
     }
     let as_json = |off: HeardOff| {
         let front_back = off.confused.map(|share| 100.0 * share);
@@ -32,7 +29,6 @@ pub(crate) fn measure(scene: &Arc<Scene>, path: &Path, args: &MeasureArgs) -> Re
             "lateral_deg": off.lateral_deg,
             "elevation_deg": off.elevation_deg,
             "front_back_percent": front_back,
-            "alike": off.alike,
         })
     };
     Ok(Part {

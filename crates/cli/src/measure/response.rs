@@ -5,7 +5,7 @@ use crate::report;
 use anyhow::{Context, Result, bail};
 use promenade_baker::sound;
 use promenade_metrics::{
-    DecayRange, MetricError, avcloud, c50_db, decay_time_s, ild_db, itd_s, lsd_db, rwavs, tail_modulation_db, tone_cleanliness,
+    DecayRange, MetricError, avcloud, c50_db, decay_time_s, ild_db, itd_s, lsd_db, rwavs, tone_cleanliness,
 };
 use serde_json::{Map, Value, json};
 use std::path::Path;
@@ -21,10 +21,6 @@ pub(crate) fn run(path: &Path, args: &MeasureArgs) -> Result<()> {
     let ears = read(path)?;
     let rate = f64::from(ears.sample_rate_hz);
     let mut out = json!({ "response": room(&ears) });
-    if let Some(hop_hz) = args.hop_hz {
-        let value = tail_modulation_db(&ears.left, rate, hop_hz, args.from, args.to).context("tail modulation")?;
-        out["tail_modulation_db"] = json!(value);
-    }
     if let Some(tone_hz) = args.tone_hz {
         let c = tone_cleanliness(&ears.left, rate, tone_hz).context("tone cleanliness")?;
         out["tone"] = json!({
@@ -43,7 +39,7 @@ pub(crate) fn run(path: &Path, args: &MeasureArgs) -> Result<()> {
         out["reference"] = room(&reference);
         out["distance"] = distance(&ears, &reference);
     }
-    report::json_or(&args.files().0, &out, || format!("{out:#}\n"))
+    report::json_or(&args.json, &out, || format!("{out:#}\n"))
 }
 
 fn read(path: &Path) -> Result<Ears> {
@@ -79,7 +75,6 @@ fn distance(ears: &Ears, reference: &Ears) -> Value {
         ("avcloud_lre_db", avcloud::lre_db(a, b)),
         ("avcloud_env", avcloud::env(a, b)),
         ("rwavs_mag", rwavs::mag(a, b)),
-        ("rwavs_env", rwavs::env(a, b)),
         ("lsd_db_512_128_hann_1e-5", lsd),
     ])
 }

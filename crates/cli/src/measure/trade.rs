@@ -43,7 +43,7 @@ pub(super) fn run(of: &Arc<Scene>, path: &Path, args: &MeasureArgs) -> Result<()
         atomic::write(file, &bytes)?;
     }
     let text = |markdown| table(&rows, of, markdown) + "\n" + &sentence(chosen.as_ref(), of, path, args) + "\n";
-    report::tables(&args.files(), &as_json(&rows, of, chosen.as_ref(), path, args), text)
+    report::tables(&args.json, &args.markdown, &as_json(&rows, of, chosen.as_ref(), path, args), text)
 }
 
 fn rows(of: &Arc<Scene>, points: &[FrontPoint], args: &MeasureArgs) -> Result<Vec<Row>> {

@@ -30,7 +30,7 @@ pub(super) fn run(args: &SimulateBoxArgs) -> Result<()> {
     };
     run.check()?;
     let part = run.part_folder(&poses, &[&walls, &args.emitter])?;
-    if part.as_ref().is_some_and(is_there) {
+    if part.as_deref().is_some_and(is_there) {
         return Ok(());
     }
     let bar = report::Bar::new("simulating", 1.0);
@@ -42,7 +42,7 @@ pub(super) fn run(args: &SimulateBoxArgs) -> Result<()> {
     drop(bar);
     let Simulated { mut responses, images, rays, .. } = made;
     responses.notes.push(run.note(rays));
-    let output = run.save(&responses, part.as_ref(), &poses)?;
+    let output = run.save(&responses, part.as_deref())?;
     after_eyring(&walls, run.air);
     run.report(output, &responses, (images, rays));
     Ok(())

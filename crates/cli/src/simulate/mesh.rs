@@ -34,7 +34,7 @@ pub(super) fn run(of: &RoomArgs, args: &SimulateMeshArgs, run: &RunArgs, air: Ai
     run.check()?;
     let title = args.title.clone().unwrap_or_else(|| report::file_name(&of.mesh));
     let part = run.part_folder(&poses, &[&title, &mesh, &room.materials(), &source])?;
-    if part.as_ref().is_some_and(is_there) {
+    if part.as_deref().is_some_and(is_there) {
         return Ok(());
     }
     let bar = report::Bar::new("simulating", 1.0);
@@ -51,7 +51,7 @@ pub(super) fn run(of: &RoomArgs, args: &SimulateMeshArgs, run: &RunArgs, air: Ai
     responses.title = title;
     responses.notes.push(run.note(rays));
     responses.notes.extend(crossover_hz.map(|hz| format!("below {hz:.0} Hz by waves")));
-    let output = run.save(&responses, part.as_ref(), &poses)?;
+    let output = run.save(&responses, part.as_deref())?;
     let silent = responses.responses.iter().filter(|r| r.left.iter().chain(&r.right).all(|v| *v == 0.0)).count();
     if silent > 0 {
         report::note(format_args!(

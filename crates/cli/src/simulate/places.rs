@@ -1,7 +1,7 @@
 //! A simulated room as it is heard at places of recordings.
 
 use super::room::{room, source, within};
-use crate::args::{RoomArgs, SimulationArgs, SizeScattering};
+use crate::args::{RoomArgs, SimulationArgs};
 use crate::hrtf;
 use crate::t20::described;
 use anyhow::{Context, Result};
@@ -80,7 +80,6 @@ impl Places {
             source: emitter.position,
             materials: args.materials.clone(),
             material_table: Vec::<PathBuf>::new(),
-            scattering_by_size: SizeScattering::None,
             scale: args.world.scale,
             up: args.world.up,
             flatten: None,

@@ -1,9 +1,9 @@
 //! A mesh with its materials and its source, as the command line states them.
 
-use crate::args::{MeshArgs, RoomArgs, SizeScattering};
+use crate::args::{MeshArgs, RoomArgs};
 use crate::report;
 use anyhow::{Context, Result, bail};
-use promenade_acoustics::{Directivity, Materials, Mesh, MeshReport, Room, SPEED_OF_SOUND_M_S, Source};
+use promenade_acoustics::{Directivity, Materials, Mesh, MeshReport, Room, Source};
 use promenade_baker::simulation::directivity;
 use promenade_core::glam::Vec3;
 use promenade_fit::MaterialsBeside;
@@ -61,12 +61,7 @@ pub(crate) fn room(args: &RoomArgs) -> Result<(Mesh, Room, MeshReport)> {
         rules.extend(fitted.materials);
     }
     let materials = table(&args.material_table)?.assign(&mesh.groups, &rules);
-    let mut materials = materials.with_context(|| format!("{}: its materials cannot be found", args.mesh.display()))?;
-    if args.scattering_by_size == SizeScattering::ChristensenRindel {
-        let [x, y, z] = size.size_m;
-        let free_path = 4.0 * size.volume_m3.unwrap_or(x * y * z) / size.area_m2.max(f64::MIN_POSITIVE);
-        materials = mesh.scatter_by_size(&materials, free_path, SPEED_OF_SOUND_M_S);
-    }
+    let materials = materials.with_context(|| format!("{}: its materials cannot be found", args.mesh.display()))?;
     let materials = mesh.merge_groups(materials);
     if materials.len() > MOST_MATERIALS {
         bail!("{}: expected at most {MOST_MATERIALS} materials that differ, found {}", args.mesh.display(), materials.len());

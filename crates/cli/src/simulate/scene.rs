@@ -2,7 +2,7 @@
 
 use super::boxed::{after_eyring, walls};
 use super::{RAYS, head_of};
-use crate::args::{AirArgs, RoomArgs, RunArgs, SimulateBoxArgs, SimulateMeshArgs, SizeScattering};
+use crate::args::{AirArgs, RoomArgs, RunArgs, SimulateBoxArgs, SimulateMeshArgs};
 use crate::{report, scene};
 use anyhow::{Result, bail};
 use promenade_acoustics::{Mesh, Room, Source};
@@ -121,7 +121,7 @@ fn of_run(run: &RunArgs, air: AirArgs) -> String {
 
 /// The command that makes the scene, without its folders. Every field of its arguments is named, so that none is forgotten.
 fn recipe(of: &RoomArgs, args: &SimulateMeshArgs, spacing_m: f32, (run, air): (&RunArgs, AirArgs)) -> String {
-    let RoomArgs { mesh, source, materials, material_table, scattering_by_size, scale, up, flatten, directivity, facing } = of;
+    let RoomArgs { mesh, source, materials, material_table, scale, up, flatten, directivity, facing } = of;
     let SimulateMeshArgs { height, margin, images, head_turns, order, beams, rays, rate, .. } = args;
     let rays = rays.unwrap_or(RAYS);
     let SimulateMeshArgs { at: _, grid: _, turns: _, title: _, credit: _, licence: _, output: _, .. } = args;
@@ -131,14 +131,10 @@ fn recipe(of: &RoomArgs, args: &SimulateMeshArgs, spacing_m: f32, (run, air): (&
     let materials: Vec<String> = materials.iter().map(|(pattern, material)| format!("{pattern}={material}")).collect();
     let materials = if materials.is_empty() { String::new() } else { format!(" --materials '{}'", materials.join(",")) };
     let tables: String = material_table.iter().map(|t| format!(" --material-table {}", report::file_name(t))).collect();
-    let scattering = match scattering_by_size {
-        SizeScattering::None => "",
-        SizeScattering::ChristensenRindel => " --scattering-by-size christensen-rindel",
-    };
     let directivity = directivity.as_ref().map_or(String::new(), |d| format!(" --directivity {}", report::file_name(d)));
     let facing = facing.map_or(String::new(), |[yaw, pitch]| format!(" --facing {yaw},{pitch}"));
     format!(
-        "simulate {} --emitter {x},{y},{z}{directivity}{facing}{materials}{tables}{scattering}{}{up}{} --grid {spacing_m} \
+        "simulate {} --emitter {x},{y},{z}{directivity}{facing}{materials}{tables}{}{up}{} --grid {spacing_m} \
          --height {height} --margin {margin} --order {order} --beams {beams} --images {images} \
          --head-turns {head_turns} --rays {rays} --rate {rate}{}",
         report::file_name(mesh),

@@ -1,9 +1,9 @@
-//! Figures of a response, by a named convention, and how far two are apart.
+//! Figures of a response, and how far two are apart.
 //!
-//! Loudness, C50, EDT and T60 are those of publications and depend on the convention. Octave figures and the early echogram are
-//! the same in all: they are what tells one room's places, and rooms, apart.
+//! Loudness, C50, EDT and T60 are those of a publication. Octave figures and the early echogram are what tells one room's
+//! places, and rooms, apart.
 
-use super::convention::Convention;
+use super::published::published;
 use crate::bands::FITTED_HZ;
 use promenade_metrics::{DecayRange, c50_db, decay_time_s, octave_of, onset};
 
@@ -60,8 +60,8 @@ pub struct Errors {
 impl Figures {
     /// Measures a response.
     #[must_use]
-    pub fn of(response: &[f32], sample_rate_hz: f64, convention: Convention) -> Self {
-        let published = convention.measure(response, sample_rate_hz);
+    pub fn of(response: &[f32], sample_rate_hz: f64) -> Self {
+        let published = published(response, sample_rate_hz);
         let start = onset(response).unwrap_or(0);
         let octaves: Vec<Vec<f32>> = FITTED_HZ[MEASURED]
             .iter()

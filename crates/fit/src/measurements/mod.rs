@@ -7,16 +7,15 @@
 //! [`Figures`] are what is measured of one response.
 
 mod check;
-mod convention;
 mod figures;
 mod folder;
 mod load;
+mod published;
 mod r3vival;
 mod recorded;
 mod set;
 mod sofa;
 
-pub use convention::Convention;
 pub use figures::{Errors, Figures};
 pub(crate) use set::distance;
 pub use set::{Clock, LEAST_RESPONSES, LoadOptions, Measurement, Measurements, Place};

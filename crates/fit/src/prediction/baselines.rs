@@ -1,7 +1,6 @@
 //! What needs no room: predictions that any fit has to be compared with.
 
-use crate::measurements::{Convention, Figures, Measurement, Measurements, distance};
-use promenade_metrics::onset;
+use crate::measurements::{Figures, Measurement, Measurements, distance};
 
 /// A prediction without a room.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -10,15 +9,13 @@ pub enum Baseline {
     Nearest,
     /// The mean figure of all places.
     Mean,
-    /// Responses added with weights of one over their distance, their direct sounds at one time.
-    DistanceMix,
     /// Each figure a line over the logarithm of the distance from the source.
     LogDistance,
 }
 
 impl Baseline {
     /// All of them.
-    pub const ALL: [Self; 4] = [Self::Nearest, Self::Mean, Self::DistanceMix, Self::LogDistance];
+    pub const ALL: [Self; 3] = [Self::Nearest, Self::Mean, Self::LogDistance];
 
     /// How it is called in tables.
     #[must_use]
@@ -26,25 +23,17 @@ impl Baseline {
         match self {
             Self::Nearest => "nearest",
             Self::Mean => "mean",
-            Self::DistanceMix => "distance mix",
             Self::LogDistance => "regression on log distance",
         }
     }
 
     /// Figures at a place, of measurements elsewhere and their figures; none of no measurements.
     #[must_use]
-    pub fn predict(
-        self,
-        at: &Measurement,
-        train: &Measurements,
-        figures: &[Figures],
-        convention: Convention,
-    ) -> Option<Figures> {
+    pub fn predict(self, at: &Measurement, train: &Measurements, figures: &[Figures]) -> Option<Figures> {
         let nearest = (0..train.all.len()).min_by(|a, b| apart(at, &train.all[*a]).total_cmp(&apart(at, &train.all[*b])))?;
         match self {
             Self::Nearest => Some(figures[nearest].clone()),
             Self::Mean => Figures::mean(figures),
-            Self::DistanceMix => Some(Figures::of(&mixed(at, train), f64::from(train.sample_rate_hz), convention)),
             Self::LogDistance => {
                 let rows: Vec<Vec<f64>> = figures.iter().map(Figures::row).collect();
                 let x: Vec<f64> = train.all.iter().map(|m| m.distance_m().ln()).collect();
@@ -71,20 +60,6 @@ fn line_at(points: &[(f64, f64)], x: f64) -> f64 {
     let spread: f64 = points.iter().map(|p| (p.0 - mean_x).powi(2)).sum();
     let slope = if spread > 1e-9 { points.iter().map(|p| (p.0 - mean_x) * (p.1 - mean_y)).sum::<f64>() / spread } else { 0.0 };
     mean_y + slope * (x - mean_x)
-}
-
-fn mixed(at: &Measurement, train: &Measurements) -> Vec<f32> {
-    let starts: Vec<usize> = train.all.iter().map(|m| onset(&m.samples).unwrap_or(0)).collect();
-    let weights: Vec<f64> = train.all.iter().map(|m| 1.0 / apart(at, m).max(1e-3)).collect();
-    let sum: f64 = weights.iter().sum();
-    let first = starts.iter().copied().min().unwrap_or(0);
-    let length = train.all.iter().map(|m| m.samples.len()).max().unwrap_or(0);
-    let mut mix = vec![0.0_f32; length];
-    for ((one, start), weight) in train.all.iter().zip(&starts).zip(&weights) {
-        let shifted = one.samples.iter().skip(start - first);
-        mix.iter_mut().zip(shifted).for_each(|(m, v)| *m += (weight / sum) as f32 * v);
-    }
-    mix
 }
 
 #[cfg(test)]

@@ -1,11 +1,10 @@
 //! Predictions at places that were held out, beside all baselines.
 
 use super::baselines::Baseline;
-use super::no_room::NoRoom;
 use super::predict::Prediction;
 use super::room_model::RoomModel;
 use crate::error::FitError;
-use crate::measurements::{Convention, Errors, Figures, Measurements};
+use crate::measurements::{Errors, Figures, Measurements};
 use crate::numerics::Random;
 use rayon::prelude::*;
 
@@ -50,55 +49,40 @@ pub struct Row {
 
 /// Figures of all responses.
 #[must_use]
-pub fn all_figures(set: &Measurements, convention: Convention) -> Vec<Figures> {
-    set.all.par_iter().map(|m| Figures::of(&m.samples, f64::from(set.sample_rate_hz), convention)).collect()
+pub fn all_figures(set: &Measurements) -> Vec<Figures> {
+    set.all.par_iter().map(|m| Figures::of(&m.samples, f64::from(set.sample_rate_hz))).collect()
 }
 
 /// What baselines are off at held-out places.
 #[must_use]
-pub fn baselines(set: &Measurements, figures: &[Figures], split: &Split, convention: Convention) -> Vec<Row> {
+pub fn baselines(set: &Measurements, figures: &[Figures], split: &Split) -> Vec<Row> {
     let train = set.only(&split.train);
     let known: Vec<Figures> = split.train.iter().map(|i| figures[*i].clone()).collect();
-    let tail = NoRoom::of(&train).map(|tail| fit_row("tail without images", &tail, set, figures, split, convention));
     Baseline::ALL
         .iter()
         .map(|baseline| {
             let predicted: Vec<Option<Figures>> =
-                split.test.par_iter().map(|i| baseline.predict(&set.all[*i], &train, &known, convention)).collect();
+                split.test.par_iter().map(|i| baseline.predict(&set.all[*i], &train, &known)).collect();
             let pairs: Vec<(&Figures, &Figures)> =
                 predicted.iter().zip(&split.test).filter_map(|(p, i)| Some((p.as_ref()?, &figures[*i]))).collect();
             Row { name: baseline.name().to_owned(), errors: Errors::of(&pairs) }
         })
-        .chain(tail)
         .collect()
 }
 
 /// How far a room that was fitted to the measurements of a split is off at the others.
 #[must_use]
-pub fn fit_row(
-    name: &str,
-    fit: &dyn RoomModel,
-    set: &Measurements,
-    figures: &[Figures],
-    split: &Split,
-    convention: Convention,
-) -> Row {
+pub fn fit_row(name: &str, fit: &dyn RoomModel, set: &Measurements, figures: &[Figures], split: &Split) -> Row {
     let known: Vec<Figures> = split.test.iter().map(|i| figures[*i].clone()).collect();
     let (train, test) = (set.only(&split.train), set.only(&split.test));
-    Row { name: name.to_owned(), errors: prediction_errors(fit, &train, &test, &known, convention) }
+    Row { name: name.to_owned(), errors: prediction_errors(fit, &train, &test, &known) }
 }
 
 /// How far a room that was fitted to some measurements is off at others, whose figures are known: the mean over draws of noise.
 #[must_use]
-pub fn prediction_errors(
-    fit: &dyn RoomModel,
-    train: &Measurements,
-    at: &Measurements,
-    figures: &[Figures],
-    convention: Convention,
-) -> Errors {
+pub fn prediction_errors(fit: &dyn RoomModel, train: &Measurements, at: &Measurements, figures: &[Figures]) -> Errors {
     let Some(prediction) = Prediction::new(fit, train) else { return Errors::of(&[]) };
-    let found: Vec<Option<Figures>> = at.all.par_iter().map(|m| prediction.figures(m, convention)).collect();
+    let found: Vec<Option<Figures>> = at.all.par_iter().map(|m| prediction.figures(m)).collect();
     let pairs: Vec<(&Figures, &Figures)> = found.iter().zip(figures).filter_map(|(f, m)| Some((f.as_ref()?, m))).collect();
     Errors::of(&pairs)
 }

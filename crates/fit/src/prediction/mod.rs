@@ -2,7 +2,6 @@
 
 mod baselines;
 mod evaluation;
-mod no_room;
 mod predict;
 mod residual;
 mod residual_estimate;

@@ -4,7 +4,7 @@ use super::room_model::{Arrival, RoomModel};
 use crate::bands::{BANDS, Bands, PerBand};
 use crate::early::{BandSignal, Chain, Impulses};
 use crate::late::{BIN_S, Noise};
-use crate::measurements::{Convention, Figures, Measurement, Measurements};
+use crate::measurements::{Figures, Measurement, Measurements};
 use crate::numerics::Random;
 use promenade_fourier::{signal, spectrum};
 use rayon::prelude::*;
@@ -116,9 +116,8 @@ impl<'a> Prediction<'a> {
 
     /// Figures at a measurement's places, the mean over all draws of noise.
     #[must_use]
-    pub fn figures(&self, at: &Measurement, convention: Convention) -> Option<Figures> {
-        let all: Vec<Figures> =
-            (0..self.noise.len()).map(|draw| Figures::of(&self.response(at, draw), self.rate_hz, convention)).collect();
+    pub fn figures(&self, at: &Measurement) -> Option<Figures> {
+        let all: Vec<Figures> = (0..self.noise.len()).map(|draw| Figures::of(&self.response(at, draw), self.rate_hz)).collect();
         Figures::mean(&all)
     }
 }

@@ -2,7 +2,7 @@
 
 use super::markdown::{markdown_table, row};
 use crate::fits::FullFit;
-use crate::measurements::{Convention, Errors, Figures, Measurements};
+use crate::measurements::{Errors, Figures, Measurements};
 use crate::prediction::{Baseline, all_figures, prediction_errors};
 
 /// Name with its unit, digits, and the error.
@@ -21,14 +21,13 @@ const MEASURES: [Measure; 6] = [
 /// Mean errors of the fitted room at the places that it was fitted to, and of a line over the logarithm of the distance at each
 /// place, drawn through all others. A room that is no better than that line tells nothing of its walls.
 pub(super) fn beside_a_regression(fit: &FullFit, set: &Measurements) -> String {
-    let convention = Convention::default();
-    let figures = all_figures(set, convention);
-    let own = prediction_errors(fit, set, set, &figures, convention);
+    let figures = all_figures(set);
+    let own = prediction_errors(fit, set, set, &figures);
     let predicted: Vec<Option<Figures>> = (0..set.all.len())
         .map(|left_out| {
             let others: Vec<usize> = (0..set.all.len()).filter(|i| *i != left_out).collect();
             let known: Vec<Figures> = others.iter().map(|i| figures[*i].clone()).collect();
-            Baseline::LogDistance.predict(&set.all[left_out], &set.only(&others), &known, convention)
+            Baseline::LogDistance.predict(&set.all[left_out], &set.only(&others), &known)
         })
         .collect();
     let pairs: Vec<(&Figures, &Figures)> = predicted.iter().zip(&figures).filter_map(|(p, f)| Some((p.as_ref()?, f))).collect();

@@ -2,7 +2,7 @@
 
 use super::absorption::Curve;
 use super::beside::beside_a_regression;
-use super::markdown::{NO_FACING, begin, cell, markdown_table, row};
+use super::markdown::{begin, cell, markdown_table, row};
 use super::mesh::{full_mesh, patch_group, room_obj};
 use crate::bands::{BANDS, Estimate, FITTED_HZ, PerBand, db, octaves_at};
 use crate::error::FitError;
@@ -104,7 +104,7 @@ impl FullFit {
             ("The plan that was found over the stated one", pictures.plan),
             ("Decays by octave", pictures.decays),
         ];
-        let mut text = begin(set, &form, ": walls, places, clocks, surfaces, scattering and source.", &shown);
+        let mut text = begin(set, &form, &shown);
         if !self.missing_hz.is_empty() {
             let missing = &self.missing_hz;
             text += &format!("- **no reverberation is known, since no response decays by 25 dB there: {missing:?} Hz**\n");
@@ -114,7 +114,7 @@ impl FullFit {
             text += &format!("- **not determined by these data: {}**\n", open.join(", "));
         }
         if !self.facing && self.node_levels.is_empty() {
-            text += NO_FACING;
+            text += "- sources face nowhere that is known: they are taken to send the same in all directions\n";
         }
         text + &surfaces(self) + &residual(self, set) + &walls(self) + &places(self, set) + &beside_a_regression(self, set)
     }

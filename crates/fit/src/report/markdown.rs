@@ -27,9 +27,13 @@ pub(super) fn markdown_table(rows: &[Vec<String>]) -> String {
 }
 
 /// The beginning of a report: title, what was fitted, pictures by what they show, and notes of the measurements.
-pub(super) fn begin(set: &Measurements, fitted: &str, how: &str, pictures: &[(&str, &str)]) -> String {
+pub(super) fn begin(set: &Measurements, fitted: &str, pictures: &[(&str, &str)]) -> String {
     let (count, rate) = (set.all.len(), set.sample_rate_hz);
-    let mut text = format!("# {}\n\n{fitted} fitted to {count} responses at {rate} Hz{how}\n\n", set.title);
+    let mut text = format!(
+        "# {}\n\n{fitted} fitted to {count} responses at {rate} Hz: walls, places, clocks, surfaces, scattering \
+         and source.\n\n",
+        set.title
+    );
     for (what, name) in pictures {
         let _ = writeln!(text, "![{what}]({name})\n");
     }
@@ -38,9 +42,6 @@ pub(super) fn begin(set: &Measurements, fitted: &str, how: &str, pictures: &[(&s
     }
     text
 }
-
-/// What a report says of sources that face nowhere.
-pub(super) const NO_FACING: &str = "- sources face nowhere that is known: they are taken to send the same in all directions\n";
 
 /// Names and errors of rows, for a table.
 #[must_use]

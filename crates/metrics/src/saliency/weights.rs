@@ -5,18 +5,21 @@
 
 use super::SALIENCY_STEP_S;
 
-/// Weight of each picture, 0 to 1: the largest saliency of each stretch as long as the look-ahead stands at the stretch's
-/// beginning, so that the weight comes before the sound, and a curve without overshoot leads from one to the next.
+/// How long before it is heard a sound may raise its weight, seconds.
+const LOOK_AHEAD_S: f64 = 0.5;
+
+/// Weight of each picture, 0 to 1: the largest saliency of each half second stands at its beginning, so that the weight comes
+/// before the sound, and a curve without overshoot leads from one to the next.
 ///
-/// `trace`: what [`saliency`](super::saliency) found, at least one value. `look_ahead_s`: at least [`SALIENCY_STEP_S`]. Shape:
-/// one value for each of `pictures`, `pictures_hz` of them a second.
+/// `trace`: what [`saliency`](super::saliency) found, at least one value. Shape: one value for each of `pictures`,
+/// `pictures_hz` of them a second.
 #[must_use]
-pub fn picture_weights(trace: &[f64], look_ahead_s: f64, pictures_hz: f64, pictures: usize) -> Vec<f64> {
+pub fn picture_weights(trace: &[f64], pictures_hz: f64, pictures: usize) -> Vec<f64> {
     let most = trace.iter().copied().fold(f64::MIN_POSITIVE, f64::max);
-    let steps = (look_ahead_s / SALIENCY_STEP_S).round().max(1.0) as usize;
+    let steps = (LOOK_AHEAD_S / SALIENCY_STEP_S) as usize;
     let largest = |stretch: &[f64]| stretch.iter().copied().fold(0.0, f64::max) / most;
     let knots: Vec<f64> = trace.chunks(steps).map(largest).collect();
-    (0..pictures).map(|picture| monotone(&knots, picture as f64 / pictures_hz / look_ahead_s)).collect()
+    (0..pictures).map(|picture| monotone(&knots, picture as f64 / pictures_hz / LOOK_AHEAD_S)).collect()
 }
 
 /// A cubic spline through values at 0, 1, 2..., which has no extremum between them (Fritsch and Butland 1984: harmonic means as
@@ -42,7 +45,7 @@ mod tests {
         // Quiet but for 0.1 s at 3 s.
         let mut trace = vec![0.2; 5000];
         trace[1500..1550].fill(4.0);
-        let weights = picture_weights(&trace, 0.5, 25.0, 250);
+        let weights = picture_weights(&trace, 25.0, 250);
         assert_eq!(weights.len(), 250);
         assert!(weights.iter().all(|w| (0.05..=1.0).contains(w)));
         assert!((weights[75] - 1.0).abs() < 1e-9 && weights[70] > 0.4 && weights[62] <= 0.05 + 1e-9, "{weights:?}");

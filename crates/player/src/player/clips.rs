@@ -4,7 +4,6 @@ use crate::Ears;
 use promenade_core::network::{CloudModel, Listener, Masks, Network, Placement};
 use promenade_core::published::{ClipRenderer, PublishedError};
 use promenade_core::{Pose, StftGrid};
-use std::ops::RangeInclusive;
 
 /// A clip renderer with what it needs to hear a pose: network and masks.
 pub struct ClipPlayer {
@@ -26,18 +25,6 @@ impl ClipPlayer {
         Ok(Self { placement: model.parts().placement, renderer, network, masks, listener })
     }
 
-    /// Lengths of clips that the model takes, samples.
-    #[must_use]
-    pub fn clip_samples(&self) -> RangeInclusive<usize> {
-        self.renderer.clip_samples()
-    }
-
-    /// Length of a rendered clip, samples.
-    #[must_use]
-    pub fn out_samples(&self) -> usize {
-        self.renderer.out_samples()
-    }
-
     /// Decodes the pose that the next clips are heard from.
     pub fn listen(&mut self, pose: &Pose) {
         self.listener = self.placement.listener(pose);
@@ -47,7 +34,7 @@ impl ClipPlayer {
     /// Both ears of one clip, up to its last whole hop.
     ///
     /// # Errors
-    /// A clip of another length than [`Self::clip_samples`].
+    /// A clip of another length than the model's.
     pub fn render(&mut self, dry: &[f32]) -> Result<Ears, PublishedError> {
         let mut ears = [(); 2].map(|()| vec![0.0; self.renderer.out_samples()]);
         let [left, right] = &mut ears;

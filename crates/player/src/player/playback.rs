@@ -4,7 +4,6 @@ use super::mix::Mix;
 use super::source::Source;
 use super::voice::{STEP, Voice};
 use crate::Stream;
-use cpu_time::ThreadTime;
 use promenade_audio::FileError;
 use promenade_core::Pose;
 use std::collections::VecDeque;
@@ -25,21 +24,19 @@ pub(super) struct Playback<'a> {
 }
 
 impl Playback<'_> {
-    /// Plays it through a stream. The latency is rendered after the end and left out at the start. What comes back are the
-    /// processor seconds of it, the decoding of the first pose not counted.
+    /// Plays it through a stream. The latency is rendered after the end and left out at the start.
     pub(super) fn through(
         self,
         stream: &mut Stream,
         pose_at: &mut dyn FnMut(f64) -> Pose,
         write: &mut Write<'_>,
-    ) -> Result<f64, FileError> {
+    ) -> Result<(), FileError> {
         let Self { mut source, voices, tail, mix, block } = self;
         let room = if tail { stream.tail_samples() } else { 0 };
         stream.restart();
         let frames = voices.iter().map(Voice::frames).fold(source.frames(), usize::max);
         let whole = frames + room + stream.renderer().latency_samples();
         let rate_hz = f64::from(source.sample_rate_hz());
-        let mut processor_s = 0.0;
         let mut channels = vec![Vec::new(); source.channels()];
         let mut waiting = [VecDeque::new(), VecDeque::new()];
         let mut ears = [Vec::new(), Vec::new()];
@@ -54,7 +51,6 @@ impl Playback<'_> {
             }
             ears.iter_mut().for_each(|ear| ear.resize(count, 0.0));
             let [left, right] = &mut ears;
-            let began = ThreadTime::now();
             let (mut early, mut from) = (0, 0);
             while from < count {
                 // Places change at the same samples whatever the blocks are.
@@ -66,13 +62,10 @@ impl Playback<'_> {
                 early += stream.advance_further(&input, &further, [&mut left[from..to], &mut right[from..to]], pose_at);
                 from = to;
             }
-            if done > 0 {
-                processor_s += began.elapsed().as_secs_f64();
-            }
             mix.apply([&mut left[early..], &mut right[early..]], &mut waiting);
             write([&left[early..], &right[early..]])?;
             done += count;
         }
-        Ok(processor_s)
+        Ok(())
     }
 }

@@ -19,7 +19,7 @@ fn beginning(text: &str) -> String {
 /// Credit, licence and notes of the scene that is played.
 pub(super) fn about_scene(ui: &mut Ui, palette: &Palette, scene: &Scene) {
     ScrollArea::vertical().id_salt("about").auto_shrink(false).show(ui, |ui| {
-        ui.set_width(ui.available_width() - 4.0);
+        ui.set_width(ui.available_width());
         ui.spacing_mut().item_spacing = Vec2::new(SPACE, 2.0);
         ui.label(RichText::new(scene.title()).color(palette.text));
         note(ui, palette, scene.credit());

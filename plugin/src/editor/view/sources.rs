@@ -50,10 +50,14 @@ pub(super) fn paint(layers: &mut Layers<'_>, painter: &Painter, ctx: &Ctx<'_>, f
         layers.add(seen.depth, Shape::Vec(Shape::dashed_line(&ring, Stroke::new(1.5, colour), 3.0, 3.0)));
     }
     name(layers, painter, ctx, seen, info.name, RADIUS);
-    let text = if sounds { ctx.palette.ground } else { colour };
-    let number = painter.layout_no_wrap((further + 2).to_string(), FontId::proportional(9.0), Color32::PLACEHOLDER);
+    number(layers, painter, seen, 1 + further, if sounds { ctx.palette.ground } else { colour });
+}
+
+/// Writes a source's number into its drawing.
+pub(super) fn number(layers: &mut Layers<'_>, painter: &Painter, seen: Projected, source: usize, colour: Color32) {
+    let number = painter.layout_no_wrap((1 + source).to_string(), FontId::proportional(9.0), Color32::PLACEHOLDER);
     let corner = Align2::CENTER_CENTER.anchor_size(seen.at, number.size()).min;
-    layers.add(seen.depth, egui::epaint::TextShape::new(corner, number, text));
+    layers.add(seen.depth, egui::epaint::TextShape::new(corner, number, colour));
 }
 
 /// Writes a source's name beside it, if it has one; the drawing has a radius, points.

@@ -92,7 +92,8 @@ impl Loader {
         loop {
             let restored = self.params.restores();
             let (request, restores) = self.scene_request(last.as_ref());
-            if request.sample_rate_bits == 0 || last.as_mut().is_some_and(|last| last.serves(&request)) {
+            let is_served = self.search.is_over() != Some(true) && last.as_mut().is_some_and(|last| last.serves(&request));
+            if request.sample_rate_bits == 0 || is_served {
                 return;
             }
             let before = self.scene();
@@ -165,6 +166,7 @@ impl Loader {
                 Made { scene: Some(scene), prepared: Prepared::Scene(pairs), report: note, chosen, key, level_cb }
             }
             Err(error) => {
+                self.search.withdraw();
                 let of_place = || factory::place(request.saved.file_name()).map(|place| place.level_cb);
                 let level_cb = request.saved.level_cb.or_else(of_place).filter(|_| request.room.is_none());
                 let level_cb = level_cb.map(|level_cb| level_cb + request.matching.change_cb(Some(level_cb)));
@@ -179,8 +181,7 @@ impl Loader {
     fn pairs(&self, found: &Found, request: &SceneRequest) -> Result<Pairs, LoadError> {
         let gain = request.matching.gain(found.level_cb);
         let emitters = |scene: &Arc<Scene>| Ok::<_, LoadError>(self.emitters(scene, request)?.with_level(gain));
-        let near = request.accuracy.jnds().map(|jnds| cache::within(&found.scene, jnds));
-        let played = near.transpose().map_err(Fault::of)?.unwrap_or_else(|| Arc::clone(&found.scene));
+        let played = self.near(&found.scene, request.accuracy)?;
         match request.output {
             Output::Binaural => Ok(Pairs::from_iter([emitters(&played)?])),
             Output::Ambisonic(_) => {
@@ -188,6 +189,19 @@ impl Loader {
                 let pair = |pair| emitters(&cache::ambisonic(&played, pair).map_err(no_field)?);
                 (0..request.output.pairs()).map(pair).collect()
             }
+        }
+    }
+
+    /// What of a scene is played: all of it until its front is known.
+    fn near(&self, scene: &Arc<Scene>, accuracy: AccuracyChoice) -> Result<Arc<Scene>, Fault> {
+        let Some(jnds) = accuracy.jnds() else {
+            self.search.withdraw();
+            return Ok(Arc::clone(scene));
+        };
+        match self.search.ask(scene).map_err(|error| Fault::because("no thread to find less of a scene on", error))?.as_deref() {
+            Some(Ok(front)) => Ok(cache::within(scene, front, jnds)),
+            // A scene of which nothing can be heard is compared with nothing.
+            Some(Err(_)) | None => Ok(Arc::clone(scene)),
         }
     }
 

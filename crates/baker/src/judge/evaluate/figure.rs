@@ -1,7 +1,7 @@
 //! The figures of one clip, and their means.
 
 use crate::capture::direct_sound;
-use promenade_metrics::{audible_lsd_db, avcloud, band_ild_error_db, blind_decay_time_s, lsd_db, rwavs};
+use promenade_metrics::{audible_lsd_db, avcloud, band_ild_error_db, lsd_db, rwavs};
 
 /// How far a recording's direct sound has to stand out for its interaural time difference to count, dB.
 const CLEAR_DB: f64 = 10.0;
@@ -13,18 +13,14 @@ pub enum Figure {
     AvcloudMag,
     /// LRE as AV-Cloud defines it, dB: [`avcloud::lre_db`].
     AvcloudLre,
-    /// ENV as AV-Cloud defines it: [`avcloud::env`].
+    /// ENV as AV-Cloud defines it, and as published with RWAVS: [`avcloud::env`].
     AvcloudEnv,
     /// MAG as published with RWAVS: [`rwavs::mag`].
     RwavsMag,
-    /// ENV as published with RWAVS, the same as AV-Cloud's: [`rwavs::env`].
-    RwavsEnv,
     /// Log-spectral distance, dB, on RWAVS's spectrogram, mean of both ears: [`lsd_db`].
     Lsd,
     /// Log-spectral distance where the recording is audible, dB, on the same spectrogram: [`audible_lsd_db`].
     AudibleLsd,
-    /// Difference of blindly estimated decay times, seconds, mean of both ears: [`blind_decay_time_s`].
-    Rte,
     /// Difference of the direct sounds' interaural time differences, microseconds: [`direct_sound`].
     Itd,
     /// Difference of interaural level differences, dB, mean over octaves: [`band_ild_error_db`].
@@ -33,15 +29,13 @@ pub enum Figure {
 
 impl Figure {
     /// All of them, in the order of tables.
-    pub const ALL: [Self; 10] = [
+    pub const ALL: [Self; 8] = [
         Self::AvcloudMag,
         Self::AvcloudLre,
         Self::AvcloudEnv,
         Self::RwavsMag,
-        Self::RwavsEnv,
         Self::Lsd,
         Self::AudibleLsd,
-        Self::Rte,
         Self::Itd,
         Self::Ild,
     ];
@@ -49,45 +43,31 @@ impl Figure {
     /// Name in JSON, with convention and unit.
     #[must_use]
     pub fn name(self) -> &'static str {
-        match self {
-            Self::AvcloudMag => "avcloud_mag",
-            Self::AvcloudLre => "avcloud_lre_db",
-            Self::AvcloudEnv => "avcloud_env",
-            Self::RwavsMag => "rwavs_mag",
-            Self::RwavsEnv => "rwavs_env",
-            Self::Lsd => "lsd_db_512_128_hann_1e-5",
-            Self::AudibleLsd => "audible_lsd_db_512_128_hann",
-            Self::Rte => "blind_rte_s",
-            Self::Itd => "itd_us",
-            Self::Ild => "octave_ild_db",
-        }
+        self.shown().0
     }
 
     /// Head of its column.
     #[must_use]
     pub fn heading(self) -> &'static str {
-        match self {
-            Self::AvcloudMag => "MAG (AV-Cloud)",
-            Self::AvcloudLre => "LRE (AV-Cloud) dB",
-            Self::AvcloudEnv => "ENV (AV-Cloud)",
-            Self::RwavsMag => "MAG (RWAVS)",
-            Self::RwavsEnv => "ENV (RWAVS)",
-            Self::Lsd => "LSD dB",
-            Self::AudibleLsd => "audible LSD dB",
-            Self::Rte => "RTE (blind) s",
-            Self::Itd => "ITD us",
-            Self::Ild => "ILD dB",
-        }
+        self.shown().1
     }
 
     /// Digits after the point in tables.
     #[must_use]
     pub fn digits(self) -> usize {
+        self.shown().2
+    }
+
+    fn shown(self) -> (&'static str, &'static str, usize) {
         match self {
-            Self::Itd => 0,
-            Self::Lsd | Self::AudibleLsd | Self::AvcloudLre | Self::Ild => 2,
-            Self::Rte => 3,
-            _ => 4,
+            Self::AvcloudMag => ("avcloud_mag", "MAG (AV-Cloud)", 4),
+            Self::AvcloudLre => ("avcloud_lre_db", "LRE (AV-Cloud) dB", 2),
+            Self::AvcloudEnv => ("avcloud_env", "ENV", 4),
+            Self::RwavsMag => ("rwavs_mag", "MAG (RWAVS)", 4),
+            Self::Lsd => ("lsd_db_512_128_hann_1e-5", "LSD dB", 2),
+            Self::AudibleLsd => ("audible_lsd_db_512_128_hann", "audible LSD dB", 2),
+            Self::Itd => ("itd_us", "ITD us", 0),
+            Self::Ild => ("octave_ild_db", "ILD dB", 2),
         }
     }
 }
@@ -109,17 +89,11 @@ impl Figures {
             Figure::AvcloudLre => avcloud::lre_db(p, r).ok(),
             Figure::AvcloudEnv => avcloud::env(p, r).ok(),
             Figure::RwavsMag => rwavs::mag(p, r).ok(),
-            Figure::RwavsEnv => rwavs::env(p, r).ok(),
             Figure::Lsd => mean(&|ear| lsd_db(p[ear], r[ear], rwavs::SPECTROGRAM).ok()),
             Figure::AudibleLsd => {
                 let owned = |ears: [&[f32]; 2]| [ears.map(<[f32]>::to_vec)];
                 audible_lsd_db(&owned(p), &owned(r), rwavs::SPECTROGRAM).ok()
             }
-            Figure::Rte => mean(&|ear| {
-                // Where the recording decays both are measured.
-                let of = |x: &[f32]| blind_decay_time_s(x, r[ear], sample_rate_hz);
-                Some((of(p[ear])? - of(r[ear])?).abs())
-            }),
             Figure::Itd => {
                 let (dry, pre_roll) = dry?;
                 let of = |ears| direct_sound(dry, pre_roll, ears, sample_rate_hz);
@@ -174,7 +148,7 @@ mod tests {
         }
         let swapped = of([&right, &left], [&left, &right]);
         assert!((swapped.get(Figure::Itd).unwrap() - 2.0 * 5e6 / 16_000.0).abs() < 5.0, "{swapped:?}");
-        for figure in Figure::ALL.into_iter().filter(|f| *f != Figure::Rte) {
+        for figure in Figure::ALL {
             assert!(swapped.get(figure).unwrap() > 1e-3, "{figure:?}: {swapped:?}");
         }
         let mean = Figures::mean([figures, swapped].iter());

@@ -1,7 +1,5 @@
-//! What importers of data sets share: options, cameras, sounds.
+//! What a data set does not say; its cameras and sounds.
 
-use super::sift::sift;
-use super::{Capture, Clip, Emitter, Track};
 use crate::sources::file;
 use crate::{BakeError, resample, sound};
 use promenade_core::Pose;
@@ -35,32 +33,6 @@ pub struct ImportCapture {
 }
 
 impl ImportCapture {
-    /// A capture of what was read, without clips that nothing can be learnt from.
-    pub(super) fn finish(
-        &self,
-        folder: &Path,
-        rate_hz: u32,
-        (tracks, clips): (Vec<Track>, Vec<Clip>),
-        notes: Vec<String>,
-        expected: &str,
-    ) -> Result<Capture, BakeError> {
-        let mut capture = Capture {
-            title: self.title.clone(),
-            credit: self.credit.clone(),
-            licence: self.licence.clone(),
-            sample_rate_hz: f64::from(rate_hz),
-            emitters: self.emitter.map(Emitter::at).into_iter().collect(),
-            tracks,
-            clips,
-            notes,
-        };
-        sift(&mut capture, &[]);
-        if capture.clips.is_empty() {
-            return Err(BakeError::content(folder, expected, capture.notes.join("; ")));
-        }
-        Ok(capture)
-    }
-
     /// Takes heads from the data's world into the capture's, and says where the one lies in the other; `up` is the layout's.
     pub(super) fn place<Name>(&self, up: Vec3, heads: &mut BTreeMap<Name, Pose>) -> Result<Placement, BakeError> {
         let options = PlacementOptions { up: self.placement.up.or(Some(up)), ..self.placement };

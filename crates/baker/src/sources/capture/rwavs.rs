@@ -1,7 +1,8 @@
 //! The layout of RWAVS (Liang et al. 2023), as AV-Cloud's preparation leaves it.
 
 use super::import::{ImportCapture, MAX_BYTES, cameras, channels, ears, head, mean, stem};
-use super::{Capture, Clip, Split, Track, Voice};
+use super::sift::sift;
+use super::{Capture, Clip, Emitter, Split, Track, Voice};
 use crate::BakeError;
 use crate::sources::file;
 use promenade_core::glam::{Mat3, Vec3};
@@ -91,7 +92,6 @@ pub fn import_rwavs(folder: &Path, options: &ImportCapture) -> Result<Capture, B
             notes.push(format!("the emitter is that of {}{height}", path.display()));
         }
     }
-    let options = &ImportCapture { emitter, ..options.clone() };
     let (dry, [left, right]) = sounds(folder, rate_hz, &mut notes)?;
     let len = dry.len();
     let (clips, keyframes) = clips(frames, &poses, rate_hz as usize, len, &mut notes);
@@ -99,9 +99,22 @@ pub fn import_rwavs(folder: &Path, options: &ImportCapture) -> Result<Capture, B
         return Err(BakeError::content(folder, "frames with a pose and sound", notes.join("; ")));
     }
     let path = CameraPath::new(keyframes).map_err(|e| BakeError::content(folder, "a path", e.to_string()))?;
-    let emitter = options.emitter.map(|_| 0);
-    let track = Track { name: "walk".to_owned(), voices: vec![Voice { emitter, dry }], binaural: [left, right], path };
-    options.finish(folder, rate_hz, (vec![track], clips), notes, "frames with sound")
+    let voices = vec![Voice { emitter: emitter.map(|_| 0), dry }];
+    let mut capture = Capture {
+        title: options.title.clone(),
+        credit: options.credit.clone(),
+        licence: options.licence.clone(),
+        sample_rate_hz: f64::from(rate_hz),
+        emitters: emitter.map(Emitter::at).into_iter().collect(),
+        tracks: vec![Track { name: "walk".to_owned(), voices, binaural: [left, right], path }],
+        clips,
+        notes,
+    };
+    sift(&mut capture, &[]);
+    if capture.clips.is_empty() {
+        return Err(BakeError::content(folder, "frames with sound", capture.notes.join("; ")));
+    }
+    Ok(capture)
 }
 
 /// A clip of `clip` samples for each frame with a pose and sound, and the path of all poses; notes say what is left out.

@@ -7,7 +7,6 @@ use crate::{BakeError, FileError, atomic};
 use promenade_core::KeyframeEntry;
 use promenade_core::glam::Vec3;
 use std::collections::HashSet;
-use std::ops::Range;
 use std::path::Path;
 
 pub(super) fn write(capture: &Capture, folder: &Path) -> Result<(), BakeError> {
@@ -70,9 +69,9 @@ pub(super) fn write(capture: &Capture, folder: &Path) -> Result<(), BakeError> {
     atomic::write(&path, &json)
 }
 
-/// Puts the emitter into a manifest and leaves all else of its text as it is.
+/// Puts the emitter into a manifest.
 pub(super) fn write_emitter(path: &Path, emitter: Vec3, replace: bool) -> Result<(), BakeError> {
-    let manifest = Manifest::read(path)?;
+    let mut manifest = Manifest::read(path)?;
     if let (Some([x, y, z]), false) = (manifest.emitter, replace) {
         return Err(BakeError::content(path, "no emitter yet", format!("an emitter at {x}, {y}, {z} m")));
     }
@@ -80,54 +79,9 @@ pub(super) fn write_emitter(path: &Path, emitter: Vec3, replace: bool) -> Result
         let names: Vec<&str> = manifest.emitters.iter().map(|e| e.name.as_str()).collect();
         return Err(BakeError::content(path, "no emitters by name", names.join(", ")));
     }
-    let text = std::fs::read_to_string(path).map_err(BakeError::read(path))?;
-    let [x, y, z] = emitter.to_array();
-    let place = format!("[{x}, {y}, {z}]");
-    let new = match (value_of(&text, "emitter"), text.find('{')) {
-        (Some(value), _) => format!("{}{place}{}", &text[..value.start], &text[value.end..]),
-        (None, Some(open)) => format!("{{\n  \"emitter\": {place},{}", &text[open + 1..]),
-        (None, None) => text,
-    };
-    // Read again before it is written: of what a scanner of text might get wrong, nothing reaches the disk.
-    let read: Manifest = serde_json::from_str(&new).map_err(BakeError::json(path))?;
-    if read.emitter != Some(emitter.to_array()) {
-        return Err(BakeError::content(path, "a manifest with an emitter", "another"));
-    }
-    atomic::replace(path, new.as_bytes())
-}
-
-/// Where in the text of a JSON object the value of one of its own keys is.
-fn value_of(text: &str, key: &str) -> Option<Range<usize>> {
-    let bytes = text.as_bytes();
-    let (mut depth, mut at, mut start) = (0_usize, 0, None);
-    while let Some(byte) = bytes.get(at) {
-        match byte {
-            b'"' => {
-                let open = at + 1;
-                at = open;
-                while *bytes.get(at)? != b'"' {
-                    at += if bytes[at] == b'\\' { 2 } else { 1 };
-                }
-                let after = &text[at + 1..];
-                let value = after.trim_start().strip_prefix(':').map(str::trim_start);
-                if let (1, None, Some(value), true) = (depth, start, value, &text[open..at] == key) {
-                    start = Some(text.len() - value.len());
-                    at = text.len() - value.len();
-                    continue;
-                }
-            }
-            b'{' | b'[' => depth += 1,
-            b'}' | b']' if depth > 1 => depth -= 1,
-            b',' | b'}' if depth == 1 => {
-                if let Some(start) = start {
-                    return Some(start..start + text[start..at].trim_end().len());
-                }
-            }
-            _ => {}
-        }
-        at += 1;
-    }
-    None
+    manifest.emitter = Some(emitter.to_array());
+    let json = serde_json::to_string_pretty(&manifest).map_err(BakeError::json(path))?;
+    atomic::replace(path, (json + "\n").as_bytes())
 }
 
 /// A track's name as a file's on any system, different from those that are taken.
@@ -161,23 +115,27 @@ mod tests {
     fn a_manifest_keeps_all_but_its_emitter() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join(NAME);
-        let tracks = r#""tracks": [{"name": "\"emitter\": [", "dry": "a.wav", "binaural": "b.wav", "path": "c.csv"}]"#;
-        let head = r#""version": 1, "title": "emitter" ,  "sample_rate_hz": 16000"#;
+        let text = |emitter: &str| {
+            let tracks = r#"[{"name": "\"emitter\": [", "dry": "a.wav", "binaural": "b.wav", "path": "c.csv"}]"#;
+            format!(r#"{{"version": 1, "title": "emitter"{emitter}, "sample_rate_hz": 16000, "tracks": {tracks}}}"#)
+        };
         let emitter = Vec3::new(1.5, -2.25, 0.1);
         let written = |text: &str, replace| {
             std::fs::write(&path, text).unwrap();
-            write_emitter(&path, emitter, replace).map(|()| std::fs::read_to_string(&path).unwrap())
+            write_emitter(&path, emitter, replace)
         };
-        let text = format!("{{{head},\n {tracks}}}\n");
-        let expected = format!("{{\n  \"emitter\": [1.5, -2.25, 0.1],{head},\n {tracks}}}\n");
-        assert_eq!(written(&text, false).unwrap(), expected);
-        for (old, end) in [("[ 0,0 , 1 ]", ""), ("null", "  "), ("[0,0,0]", "\n")] {
-            let with = |place: &str| format!("{{{tracks}, {head}, \"emitter\" : {place}{end}}}");
-            assert_eq!(written(&with(old), true).unwrap(), with("[1.5, -2.25, 0.1]"));
-            let with = |place: &str| format!("{{{tracks}, \"emitter\":{place}{end}, {head}}}");
-            assert_eq!(written(&with(old), true).unwrap(), with("[1.5, -2.25, 0.1]"));
+        let read = || serde_json::from_slice::<serde_json::Value>(&std::fs::read(&path).unwrap()).unwrap();
+        for (before, replace) in [("", false), (r#", "emitter": null"#, false), (r#", "emitter": [0, 0, 1]"#, true)] {
+            written(&text(before), replace).unwrap();
+            let mut found = read();
+            let place = found.as_object_mut().unwrap().remove("emitter").unwrap();
+            assert_eq!(serde_json::from_value::<[f32; 3]>(place).unwrap(), emitter.to_array());
+            let mut expected: serde_json::Value = serde_json::from_str(&text("")).unwrap();
+            expected["credit"] = "".into();
+            expected["licence"] = "".into();
+            assert_eq!(found, expected);
         }
-        let known = expected.replace("1.5", "7");
+        let known = text(r#", "emitter": [7, -2.25, 0.1]"#);
         assert!(written(&known, false).unwrap_err().to_string().contains("7, -2.25, 0.1"));
         assert_eq!(std::fs::read_to_string(&path).unwrap(), known);
     }

@@ -9,7 +9,7 @@ use std::path::Path;
 pub(crate) const MANIFEST: &str = "responses.json";
 
 /// A `responses.json` as it is written here.
-#[derive(Deserialize, Serialize)]
+#[derive(Default, Deserialize, Serialize)]
 pub(crate) struct Manifest {
     pub(crate) title: String,
     pub(crate) credit: String,
