@@ -181,8 +181,9 @@ fn openings_at_mixed_scales_are_neither_blank_nor_cut<H: Host>() {
     let many = |further| H::open_many(Setup { inputs: 1, further, ..Setup::default() });
     let mut hosts = [H::open(Setup::default()), many(15), many(63)];
     for host in &mut hosts {
-        let size = json!({ "width": f64::from(width), "height": f64::from(height) });
-        let small = edit_state(&host.state(), "editor", &size);
+        // A panel that ends below its last line.
+        let small = json!({ "width": f64::from(width), "height": f64::from(height), "tab": "Direct sound" });
+        let small = edit_state(&host.state(), "editor", &small);
         assert!(host.load(&small));
     }
     let mut ends: Vec<f64> = Vec::new();
