@@ -89,9 +89,9 @@ def main():
     with wave.open(str(out / "dry.wav"), "wb") as dry:
         dry.setparams((1, 2, RATE, 0, "NONE", ""))
         dry.writeframes(bursts(rng))
-    absorption = ";".join(",".join(map(str, wall)) for wall in WALLS)
+    absorption = ";".join("/".join(map(str, wall)) for wall in WALLS)
     place, size = (",".join(map(str, v)) for v in (EMITTER, SIZE))
-    run("simulate", "box", "--size", size, "--emitter", place, "--absorption", absorption, "--head", args.sofa,
+    run("simulate", "box", "--size", size, "--emitter", place, "--materials", absorption, "--head", args.sofa,
         "--path", out / "walk.json", "--rate", RATE, "--seed", args.seed, "-o", out / "room")
     manifest = out / "room/responses.json"
     manifest.write_text(json.dumps(json.loads(manifest.read_text()) | {"credit": CREDIT, "licence": LICENCE}))

@@ -142,7 +142,7 @@ fn surfaces_that_no_sound_has_met_are_guessed_from_those_that_look_alike() {
     let options =
         FullOptions { order: 4, window_s: 0.025, geometry: false, places: false, source: false, ..FullOptions::default() };
     let room = FlatRoom::of_box(Walls::of_size(SIZE).unwrap()).unwrap();
-    let whole = full_fit(&room, &set, &options, None, &mut |_, _| Ok(())).unwrap();
+    let whole = full_fit(&room, &set, &options, &mut |_| ()).unwrap();
     let fitted = |pictures: Option<Pictures>| {
         let mut features = |room: &FlatRoom, voxels: &Voxels| match &pictures {
             Some(pictures) => pictures.features(room, voxels),

@@ -13,17 +13,6 @@ use promenade_acoustics::Octaves;
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
 
-/// Names of the files beside a report.
-#[derive(Clone, Copy, Debug)]
-pub struct PictureNames<'a> {
-    /// Absorption over frequency.
-    pub absorption: &'a str,
-    /// The plan that was found over the stated one.
-    pub plan: &'a str,
-    /// Decays by octave.
-    pub decays: &'a str,
-}
-
 /// Metres with an error, if there is one.
 fn signed(m: f64, error_m: f64) -> String {
     if error_m > 0.0 { format!("{m:+.3} ± {error_m:.3}") } else { format!("{m:+.3}") }
@@ -89,9 +78,9 @@ impl FullFit {
         groups.collect()
     }
 
-    /// Estimates, what is left, and what is not determined, as Markdown.
+    /// Estimates, what is left, and what is not determined, as Markdown, with the names of pictures beside it.
     #[must_use]
-    pub fn markdown(&self, set: &Measurements, pictures: &PictureNames<'_>) -> String {
+    pub fn markdown(&self, set: &Measurements, [absorption, decays]: [&str; 2]) -> String {
         let form = match &self.room.form {
             Form::Box(walls) => {
                 let [x, y, z] = walls.size_m();
@@ -99,11 +88,7 @@ impl FullFit {
             }
             Form::Mesh(_) => format!("A room of {} flat walls", self.room.walls.len()),
         };
-        let shown = [
-            ("Absorption by surface", pictures.absorption),
-            ("The plan that was found over the stated one", pictures.plan),
-            ("Decays by octave", pictures.decays),
-        ];
+        let shown = [("Absorption by surface", absorption), ("Decays by octave", decays)];
         let mut text = begin(set, &form, &shown);
         if !self.missing_hz.is_empty() {
             let missing = &self.missing_hz;

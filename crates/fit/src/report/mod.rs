@@ -7,11 +7,8 @@ mod full;
 mod markdown;
 mod mesh;
 mod panels;
-mod plan;
 
 pub use absorption::{Curve, absorption_svg};
 pub use decays::decays_svg;
-pub use full::PictureNames;
 pub use markdown::table;
 pub use mesh::{MaterialsBeside, SourceBeside, box_obj, full_mesh};
-pub use plan::plan_svg;
