@@ -176,6 +176,8 @@ fn closing_writes_nothing_into_the_log<H: Host>() {
 fn openings_at_mixed_scales_are_neither_blank_nor_cut<H: Host>() {
     let (width, height) = (720_u32, 480_u32);
     let screen = Screen::new(1500, 1000);
+    // Where no tooltip comes.
+    screen.point(1490, 990);
     let mut random = Noise::new(53);
     let mut draw = move |most: f32| (0.5 + 0.5 * random.value()) * most;
     let many = |further| H::open_many(Setup { inputs: 1, further, ..Setup::default() });
