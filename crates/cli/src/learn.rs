@@ -49,7 +49,9 @@ pub(crate) fn run(args: &TrainArgs) -> Result<()> {
 /// Gives the room the absorption that the recordings' decays ask for, and writes it beside the scene. Says the decays by octave.
 fn fit_room(prepared: &mut Prepared<'_>) -> Result<Vec<Vec<String>>> {
     let told = recorded_decays(&prepared.capture);
-    let wanted = told.map(|decay| decay.map(|d| d.time_s.clamp(T20_S.0, T20_S.1)));
+    // An octave that nothing sounds in is taken to decay as the nearest that something does.
+    let nearest = |b: usize| (0..7_usize).filter_map(|o| Some((o.abs_diff(b), told[o]?))).min_by_key(|(apart, _)| *apart);
+    let wanted = std::array::from_fn(|b| nearest(b).map(|(_, d)| d.time_s.clamp(T20_S.0, T20_S.1)));
     let places = prepared.places.as_mut().context("expected --room with the mesh of a coarse room, found none")?;
     let listeners: Vec<_> = prepared.capture.split(Split::Train).map(|clip| clip.pose.position).collect();
     let row = |name: &str, cell: &dyn Fn(usize) -> String| std::iter::once(name.to_owned()).chain((0..7).map(cell)).collect();

@@ -5,12 +5,13 @@ use crate::simulate::places::Places;
 use crate::{report, scene};
 use anyhow::{Context, Result, anyhow, bail};
 use promenade_baker::capture::Emitter;
-use promenade_baker::{LoadOptions, Responses};
+use promenade_baker::{Capture, LoadOptions, Responses, Split};
 use promenade_core::glam::Vec3;
 use promenade_core::{Pose, Provenance};
 use promenade_fit::Measurements;
 use promenade_trainer::Device;
-use promenade_trainer::refinement::{Method, Pair, RefineSettings, Refiner, Score, SimulatedResponse, Solver, score};
+use promenade_trainer::recorded_responses;
+use promenade_trainer::refinement::{Pair, RefineSettings, Refiner, Score, SimulatedResponse, score};
 use std::path::Path;
 
 /// Measured responses by source: heads or groups of microphones that heard it.
@@ -29,11 +30,34 @@ struct Recording {
     /// One listener whose ears are the channels, or a microphone for each channel.
     poses: Vec<Pose>,
     channels: Vec<Vec<f32>>,
+    /// Variance of the channels' bands, where it is known.
+    noise: Vec<f32>,
 }
 
 impl Measured {
     fn load(args: &RefineArgs) -> Result<Self> {
-        if args.simulation.head.is_some() { Self::ears(&args.measured) } else { Self::microphones(args) }
+        match (&args.simulation.head, Capture::is_one(&args.measured)) {
+            (Some(_), true) => Self::recorded(&args.measured),
+            (Some(_), false) => Self::ears(&args.measured),
+            (None, _) => Self::microphones(args),
+        }
+    }
+
+    /// What the training clips of a capture give, each with its uncertainty.
+    fn recorded(path: &Path) -> Result<Self> {
+        let capture = Capture::load(path)?;
+        report::notes(&capture.notes);
+        let found = recorded_responses(&capture).into_iter().filter(|r| r.split == Split::Train);
+        let heard: Vec<Recording> = found
+            .filter_map(|r| {
+                let (poses, channels) = (vec![r.listener], r.ears.to_vec());
+                Some(Recording { source: r.emitter?, poses, channels, noise: r.noise })
+            })
+            .collect();
+        let clips = capture.split(Split::Train).count();
+        report::line(format_args!("{}: the responses of {} of {clips} clips stand out", path.display(), heard.len()));
+        let Capture { sample_rate_hz, emitters: sources, credit, licence, .. } = capture;
+        Ok(Self { sample_rate_hz, sources, heard, is_head: true, credit, licence })
     }
 
     fn ears(path: &Path) -> Result<Self> {
@@ -44,6 +68,7 @@ impl Measured {
             source: Emitter::numbered(&mut sources, r.source),
             poses: vec![r.listener],
             channels: vec![r.left, r.right],
+            noise: Vec::new(),
         });
         let heard = heard.collect();
         Ok(Self { sample_rate_hz: set.sample_rate_hz, sources, heard, is_head: true, credit: set.credit, licence: set.licence })
@@ -74,7 +99,7 @@ impl Measured {
                     h.poses.push(pose);
                     h.channels.push(one.samples);
                 }
-                None => heard.push(Recording { source, poses: vec![pose], channels: vec![one.samples] }),
+                None => heard.push(Recording { source, poses: vec![pose], channels: vec![one.samples], noise: Vec::new() }),
             }
         }
         for h in &mut heard {
@@ -100,7 +125,7 @@ impl Measured {
             let mut made = places.ears(source, &poses, &done)?.into_iter();
             for h in heard {
                 let simulated = self.simulated(emitter.position, &h.poses, made.by_ref().take(h.poses.len()).collect());
-                pairs.push((source, Pair { simulated, measured: h.channels.clone() }));
+                pairs.push((source, Pair { simulated, measured: h.channels.clone(), noise: h.noise.clone() }));
             }
         }
         Ok(pairs)
@@ -136,29 +161,30 @@ pub(crate) fn run(args: &RefineArgs) -> Result<()> {
     let pairs = measured.pairs(&places, |share| bar.at(share))?;
     drop(bar);
     if args.evaluate {
-        evaluate(args, &measured, &pairs)?;
+        let judge = args.judge_by.as_deref().map(|path| Measured::ears(path)?.pairs(&places, |_| ())).transpose()?;
+        evaluate(args, &measured, &pairs, judge.as_deref().unwrap_or(&pairs))?;
     }
     let (Some(output), Some(emitter)) = (&args.output, args.emitter) else { return Ok(()) };
     if !measured.is_head {
         bail!("{}: expected --head for a scene, found none", output.display());
     }
     let pairs: Vec<Pair> = pairs.into_iter().map(|(_, pair)| pair).collect();
-    let refiner = trained(&pairs, measured.sample_rate_hz, &settings(args, args.method.method(), args.seed), "training")?;
+    let refiner = trained(&pairs, measured.sample_rate_hz, &settings(args, args.flow, args.seed), "training")?;
     let title = report::file_name(&args.measured);
     let [x, y, z] = emitter.to_array();
     let room = simulation.simulate.as_deref().map(report::file_name).unwrap_or_default();
     let recipe = format!(
-        "refine {title} --simulate {room} --emitter {x},{y},{z} --method {:?} --steps {} --seed {}",
-        args.method, args.steps, args.seed
+        "refine {title} --simulate {room} --emitter {x},{y},{z}{} --steps {} --seed {}",
+        if args.flow { " --flow" } else { "" },
+        args.steps,
+        args.seed
     );
     let (credit, licence) = (measured.credit.clone(), measured.licence.clone());
     let about = Provenance { title, credit, licence, recipe, notes: Vec::new() };
     let _bar = report::Bar::new("baking", 1.0);
-    let mut seed = args.seed;
     let made = places.scene(sources.len() - 1, about, (args.seed, false), |pose, ears| {
-        seed += 1;
         let simulated = measured.simulated(emitter, &[*pose], vec![ears.clone()]);
-        let refined = refiner.refined(&simulated, args.solver, seed)?;
+        let refined = refiner.refined(&simulated)?;
         refined.try_into().map_err(|found: Vec<_>| anyhow!("expected both ears, found {} channels", found.len()))
     })?;
     report::notes(&made.provenance().notes);
@@ -167,8 +193,8 @@ pub(crate) fn run(args: &RefineArgs) -> Result<()> {
     Ok(())
 }
 
-fn settings(args: &RefineArgs, method: Method, seed: u64) -> RefineSettings {
-    RefineSettings { method, steps: args.steps as usize, seed, ..RefineSettings::default() }
+fn settings(args: &RefineArgs, flow: bool, seed: u64) -> RefineSettings {
+    RefineSettings { flow, steps: args.steps as usize, seed, ..RefineSettings::default() }
 }
 
 /// Trains a refinement, and tells how far that is, by a name for it.
@@ -177,63 +203,42 @@ fn trained(pairs: &[Pair], rate_hz: f64, settings: &RefineSettings, name: &str) 
     Ok(Refiner::train(pairs, rate_hz, settings, Device::flex(), &mut |step, _| bar.at(step as f64))?)
 }
 
-/// Trains every method on the sources that are not held out, and judges it on those that are.
-fn evaluate(args: &RefineArgs, measured: &Measured, pairs: &[(usize, Pair)]) -> Result<()> {
+/// Trains the regression and the flow on the sources that are not held out, and judges them on those that are.
+fn evaluate(args: &RefineArgs, measured: &Measured, pairs: &[(usize, Pair)], judge: &[(usize, Pair)]) -> Result<()> {
     let is_far = |source: usize| {
         let heard = measured.heard.iter().find(|h| h.source == source);
         let distance = heard.map_or(0.0, |h| measured.sources[source].position.distance(h.poses[0].position));
         args.test_beyond.is_some_and(|beyond| distance > beyond)
     };
     let is_held = |source: usize| is_far(source) || args.test_source.contains(&(source + 1));
-    let [tests, pairs] = [true, false].map(|held| {
-        let some = pairs.iter().filter(|(source, _)| is_held(*source) == held);
-        some.map(|(_, pair)| pair.clone()).collect::<Vec<_>>()
-    });
+    let some = |of: &[(usize, Pair)], held: bool| -> Vec<Pair> {
+        of.iter().filter(|(source, _)| is_held(*source) == held).map(|(_, pair)| pair.clone()).collect()
+    };
+    let (tests, pairs) = (some(judge, true), some(pairs, false));
     if tests.is_empty() || pairs.len() < 2 {
         let (held, kept) = (tests.len(), pairs.len());
         bail!("--test-emitter or --test-beyond: expected responses to learn from and to judge by, found {kept} and {held}");
     }
     report::line(format_args!("{} responses to learn from, {} of held-out sources", pairs.len(), tests.len()));
     let rate = measured.sample_rate_hz;
-    let mut rows =
-        vec![vec!["method", "EDT ms", "C50 dB", "levels dB", "CRPS dB", "ILD dB"].into_iter().map(str::to_owned).collect()];
-    let still: &[(&str, Solver)] = &[("", Solver::Euler(1))];
-    let methods = [
-        ("regression", Method::Regression, still),
-        ("regression, noise added", Method::NoisyRegression, still),
-        ("flow", Method::Flow, SOLVERS),
-        ("flow of data", Method::DataFlow, SOLVERS),
-    ];
-    let count = methods.len();
-    for (at, (name, method, solvers)) in methods.into_iter().enumerate() {
+    let mut rows = vec![["method", "EDT ms", "C50 dB", "levels dB", "ILD dB"].map(str::to_owned).to_vec()];
+    for (name, flow) in [("regression", false), ("flow", true)] {
         let of_seed = |i: u64| {
             let named = format!("{name}, seed {} of {}", i + 1, args.seeds);
-            trained(&pairs, rate, &settings(args, method, args.seed + i), &named)
+            trained(&pairs, rate, &settings(args, flow, args.seed + i), &named)
         };
         let refiners = (0..args.seeds).map(of_seed).collect::<Result<Vec<_>>>()?;
-        if at == 0 {
-            rows.push(row("simulation alone", &[score(&refiners[0], false, &tests, Solver::Euler(1))?]));
+        if !flow {
+            rows.push(row("simulation alone", &[score(&refiners[0], false, &tests)?]));
         }
-        for (way, solver) in solvers {
-            let scores = refiners.iter().map(|refiner| score(refiner, true, &tests, *solver)).collect::<Result<Vec<_>, _>>()?;
-            rows.push(row(&format!("{name}{way}"), &scores));
-        }
-        report::line(format_args!("{} of {count} methods compared", at + 1));
+        rows.push(row(name, &refiners.iter().map(|refiner| score(refiner, true, &tests)).collect::<Result<Vec<_>, _>>()?));
     }
     report::print(&report::table(&rows, false))
 }
 
-/// How flows are followed in a comparison.
-const SOLVERS: &[(&str, Solver)] = &[
-    (", 1 step", Solver::Euler(1)),
-    (", 4 steps", Solver::Euler(4)),
-    (", midpoint, 4 steps", Solver::Midpoint(4)),
-    (", Heun, 4 steps", Solver::Heun(4)),
-];
-
 /// Means over seeds, with standard deviations where there are several.
 fn row(name: &str, scores: &[Score]) -> Vec<String> {
-    let figures: [fn(&Score) -> f64; 5] = [|s| s.edt_ms, |s| s.c50_db, |s| s.level_db, |s| s.crps_db, |s| s.ild_db];
+    let figures: [fn(&Score) -> f64; 4] = [|s| s.edt_ms, |s| s.c50_db, |s| s.level_db, |s| s.ild_db];
     let cell = |(i, of): (usize, fn(&Score) -> f64)| {
         let count = scores.len() as f64;
         let mean = scores.iter().map(of).sum::<f64>() / count;

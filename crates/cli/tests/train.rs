@@ -81,6 +81,19 @@ fn a_training_that_is_killed_goes_on_to_the_same_scene() {
     let scene = Scene::from_bytes(&wanted).unwrap();
     assert_eq!((scene.title(), scene.credit(), scene.licence()), ("Corner", "Somebody", "CC0-1.0"));
     assert!(scene.emitter().is_some() && scene.anchors().len() == 12);
+    // What a training says of the test clips is what is judged of its scene.
+    let said = String::from_utf8_lossy(&whole.stderr).into_owned();
+    let (_, last) = said.rsplit_once("test MAG ").unwrap();
+    let judged = Command::new(env!("CARGO_BIN_EXE_promenade"))
+        .args(["eval", "scene.promenade", "capture", "--no-baselines", "--json", "e.json"])
+        .current_dir(folder.path())
+        .output()
+        .unwrap();
+    assert!(judged.status.success(), "{}", String::from_utf8_lossy(&judged.stderr));
+    let judged: serde_json::Value = serde_json::from_str(&std::fs::read_to_string(at("e.json")).unwrap()).unwrap();
+    let mean = &judged["evaluations"][0]["methods"][0]["mean"];
+    let [mag, lre, env] = ["avcloud_mag", "avcloud_lre_db", "avcloud_env"].map(|name| mean[name].as_f64().unwrap());
+    assert_eq!(last.lines().next().unwrap(), format!("{mag:.4}, LRE {lre:.3} dB, ENV {env:.4}"));
 
     for name in ["scene.promenade", "scene.training"] {
         std::fs::remove_file(at(name)).unwrap();
@@ -182,4 +195,63 @@ fn a_scene_of_two_emitters_is_heard_from_anywhere_and_one_of_one_is_not() {
     assert!(other.contains("in 10 of 10 test clips the scene is judged by another emitter's sound"), "{other}");
     let unknown = run(&[&["train", "sofa", "-o", "no.promenade", "--test-emitter", "lamp"], &learn[..]].concat());
     assert!(!unknown.status.success() && said(&unknown).contains(r#"one of ["sofa"], found "lamp""#), "{}", said(&unknown));
+}
+
+#[test]
+fn a_walk_and_a_coarse_room_become_a_scene_and_go_on_where_they_were_stopped() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name);
+    crate::simulate::head(&at("head"));
+    std::fs::write(at("room.obj"), crate::simulate::ROOM).unwrap();
+    let run =
+        |args: &[&str]| Command::new(env!("CARGO_BIN_EXE_promenade")).args(args).current_dir(folder.path()).output().unwrap();
+    let done = |args: &[&str]| {
+        let output = run(args);
+        let said = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert!(output.status.success(), "{said}");
+        said
+    };
+    let noise: Vec<f32> = promenade_testing::noise(5, 80_000).iter().map(|x| 0.2 * x).collect();
+    wav::write(&at("dry.wav"), 8000, &[&noise], wav::Format::Float32).unwrap();
+    // One simulation is the recordings of three emitters, in a room that is livelier than the coarse one.
+    let place = ["simulate", "room.obj", "--emitter", "3,3.2,1.5", "--further", "1,1,1.2", "--further", "5,1,1.6"];
+    let quick = ["--head", "head", "--rate", "8000", "--rays", "2000", "--beams", "256", "--order", "2", "--poses", "5"];
+    let walk = ["--materials", "*=0.15:0.3", "--dry", "dry.wav", "--seed", "2", "-o", "walk"];
+    done(&[&place[..], &quick, &walk].concat());
+    let capture = Capture::load(&at("walk")).unwrap();
+    assert_eq!((capture.emitters.len(), capture.tracks.len()), (3, 15));
+    assert!(capture.emitters[2].position.distance(Vec3::new(5.0, 1.0, 1.6)) < 1e-4);
+    std::fs::write(at("settings.json"), SETTINGS).unwrap();
+    let coarse = ["--room", "room.obj", "--materials", "*=0.5", "--order", "1", "--rays", "2000", "--head", "head"];
+    let learn = ["--settings", "settings.json", "--steps", "2", "--test-emitter", "source 3", "--emitter", "source 3"];
+    let all = [&["learn", "walk", "-o", "walk.promenade"], &coarse[..], &learn].concat();
+    let said = done(&all);
+    assert!(said.contains("recordings, s") && said.contains("simulating 10 poses") | said.contains("simulating 5 poses"), "{said}");
+    let scene = Scene::from_bytes(&std::fs::read(at("walk.promenade")).unwrap()).unwrap();
+    assert!(scene.cloud().is_none() && scene.emitter().unwrap().distance(Vec3::new(5.0, 1.0, 1.6)) < 1e-4);
+    let report = std::fs::read_to_string(at("walk.report.md")).unwrap();
+    assert!(report.contains("## Decays") && report.contains("| mono-mono") && report.contains("| 0 "), "{report}");
+    // The room that the recordings gave is one that `simulate` reads, and absorbs less than it was said to.
+    let fitted = std::fs::read_to_string(at("walk.room.materials.json")).unwrap();
+    let fitted: serde_json::Value = serde_json::from_str(&fitted).unwrap();
+    let (_, wall) = fitted["materials"].as_object().unwrap().iter().next().unwrap();
+    let absorption: f64 = wall.as_str().unwrap().split(['/', ':']).nth(2).unwrap().parse().unwrap();
+    assert!(absorption > 0.08 && absorption < 0.3, "{fitted}");
+    done(&["simulate", "walk.room.obj", "--emitter", "3,3.2,1.5", "--head", "head", "--length", "0.1", "--rays", "300", "-o", "again"]);
+    // A second run simulates nothing and makes the same scene.
+    let kept = || std::fs::read_dir(at("walk.simulated")).unwrap().map(|e| e.unwrap().metadata().unwrap().modified().unwrap()).max();
+    let before = kept();
+    let said = done(&all);
+    assert!(said.contains("goes on from step 2") && kept() == before, "{said}");
+    assert_eq!(Scene::from_bytes(&std::fs::read(at("walk.promenade")).unwrap()).unwrap(), scene);
+    // The same recordings refine the room, and a damaged simulation is named.
+    let refine = [&["refine", "walk", "-o", "refined.promenade", "--emitter", "5,1,1.6", "--steps", "3"], &coarse[..]].concat();
+    assert!(done(&refine).contains("clips stand out"));
+    let one = std::fs::read_dir(at("walk.simulated")).unwrap().next().unwrap().unwrap().path();
+    wav::write(&one, 8000, &[&[0.5], &[0.5]], wav::Format::Float32).unwrap();
+    let failed = run(&all);
+    let said = String::from_utf8_lossy(&failed.stderr).into_owned();
+    assert!(!failed.status.success() && said.contains("walk.simulated") && said.contains("both ears' responses"), "{said}");
+    let none = run(&["learn", "walk", "-o", "n.promenade", "--anchors", "none"]);
+    assert!(!none.status.success());
 }

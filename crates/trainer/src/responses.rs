@@ -4,6 +4,7 @@ use crate::setup::grid;
 use promenade_baker::capture::{Capture, Clip, DIRECT_PRE_ROLL_S, Split};
 use promenade_core::{Bands, Pose, StftGrid, TailModel};
 use promenade_fourier::Fourier;
+use promenade_metrics::statistics::median_high;
 use promenade_metrics::{arrival, deconvolve};
 use rayon::prelude::*;
 use std::collections::HashMap;
@@ -28,6 +29,8 @@ const SOUNDS: f64 = 1e-3;
 /// Hops that a decay is read off, and responses that tell one, at least.
 pub(crate) const FEWEST_HOPS: usize = 10;
 const FEWEST_DECAYS: usize = 8;
+/// No decay is surer than this, as a share of it.
+const LEAST_ERROR: f64 = 1e-3;
 
 /// The response of a clip.
 #[derive(Clone, Debug, PartialEq)]
@@ -120,49 +123,38 @@ pub(crate) fn clip_responses(capture: &Capture, clips: &[Clip], grid: &StftGrid,
     clips.par_iter().filter_map(one).collect()
 }
 
-/// Reverberation time per band: one line for the levels of all clips' and ears' hops, each response with a level of its own and
-/// each level as sure as it is; `None` where too few responses have hops enough.
+/// Reverberation time per band: the median over clips and ears of the slopes of lines through the levels of hops, each level as
+/// sure as it is; `None` where too few responses have hops enough.
 #[must_use]
 pub(crate) fn decay_times(responses: &ClipResponses, bands: usize, hop_s: f64) -> Vec<Option<Decay>> {
-    // The order of sums does not depend on that of a map.
-    let mut names: Vec<&String> = responses.keys().collect();
-    names.sort();
     let of_band = |band: usize| {
-        let heard = names.iter().map(|name| &responses[*name]).filter(|r| r.sounds[band]);
+        let heard = responses.values().filter(|r| r.sounds[band]);
         let lines = heard.flat_map(|r| [band, bands + band].map(|place| line(&r.hops[place], r.noise[place])));
-        let lines: Vec<Line> = lines.flatten().collect();
-        (lines.len() >= FEWEST_DECAYS).then(|| decay(&lines, hop_s)).flatten()
+        let slopes: Vec<f64> = lines.flatten().collect();
+        if slopes.len() < FEWEST_DECAYS {
+            return None;
+        }
+        let db_per_hop = median_high(slopes.iter().copied())?;
+        let off = median_high(slopes.iter().map(|slope| (slope - db_per_hop).abs()))?;
+        let time_s = -60.0 * hop_s / db_per_hop;
+        // Of a normal spread, the median's standard error in terms of the median deviation: 1.483 by the root of pi / 2.
+        let share = 1.858 * off / (slopes.len() as f64).sqrt() / db_per_hop.abs();
+        (time_s.is_finite() && time_s > 0.0).then(|| Decay { time_s, sd_s: time_s * share.max(LEAST_ERROR) })
     };
     (0..bands).map(of_band).collect()
 }
 
-/// Weighted sums of a response's levels in dB over its hops, about their means.
-struct Line {
-    hops: f64,
-    square: f64,
-    product: f64,
-    levels: f64,
-}
-
-fn line(hops: &[f32], noise: f32) -> Option<Line> {
+/// The slope of a response's levels, dB per hop.
+fn line(hops: &[f32], noise: f32) -> Option<f64> {
     let heard = hops.iter().enumerate().filter(|(_, energy)| **energy > 0.0);
     let points: Vec<[f64; 3]> =
         heard.map(|(l, e)| [l as f64, 10.0 * f64::from(*e).log10(), f64::from(certainty(*e, noise))]).collect();
     let sum: f64 = points.iter().map(|p| p[2]).sum();
     let mean = |i: usize| points.iter().map(|p| p[2] * p[i]).sum::<f64>() / sum;
-    let means = [mean(0), mean(1)];
-    let about = |i: usize, j: usize| points.iter().map(|p| p[2] * (p[i] - means[i]) * (p[j] - means[j])).sum::<f64>();
-    let enough = points.len() >= FEWEST_HOPS;
-    enough.then(|| Line { hops: sum, square: about(0, 0), product: about(0, 1), levels: about(1, 1) })
-}
-
-fn decay(lines: &[Line], hop_s: f64) -> Option<Decay> {
-    let sum = |of: fn(&Line) -> f64| lines.iter().map(of).sum::<f64>();
-    let (square, product) = (sum(|l| l.square), sum(|l| l.product));
-    let db_per_hop = product / square;
-    let left = (sum(|l| l.levels) - db_per_hop * product) / (sum(|l| l.hops) - lines.len() as f64).max(1.0);
-    let time_s = -60.0 * hop_s / db_per_hop;
-    (time_s.is_finite() && time_s > 0.0).then(|| Decay { time_s, sd_s: time_s * (left / square).sqrt() / db_per_hop.abs() })
+    let (at, db) = (mean(0), mean(1));
+    let square: f64 = points.iter().map(|p| p[2] * (p[0] - at).powi(2)).sum();
+    let product: f64 = points.iter().map(|p| p[2] * (p[0] - at) * (p[1] - db)).sum();
+    (points.len() >= FEWEST_HOPS && square > 0.0).then(|| product / square)
 }
 
 /// Energy that is left after a hop, per band of a tail.

@@ -326,3 +326,60 @@ fn masks([left, right]: [f32; 2]) -> (f32, f32) {
     let sum = left + right;
     (0.5 * sum, if sum > 0.0 { (right - left) / sum } else { 0.0 })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::setup::grid;
+    use promenade_testing::noise;
+
+    /// A response of both ears: a click, then noise that decays in a time, so loud.
+    fn ears(seed: u64, rate: f64, t60_s: f32, gain: f32) -> [Vec<f32>; 2] {
+        [seed, seed + 1].map(|seed| {
+            let decay = |i: usize| 10.0_f32.powf(-3.0 * i as f32 / (t60_s * rate as f32));
+            let all = noise(seed, 16_000).into_iter().enumerate();
+            let mut ear: Vec<f32> = all.map(|(i, x)| if i < 100 { 0.0 } else { 0.05 * gain * decay(i) * x }).collect();
+            ear[60] = gain;
+            ear
+        })
+    }
+
+    #[test]
+    fn what_is_simulated_gets_the_level_and_the_decay_of_recordings_that_are_sure() {
+        let rate = 16_000.0;
+        let (grid, bands) = (grid(rate), Bands::for_rate(rate));
+        let (count, taps) = (bands.count(), 8);
+        let tail = TailModel { seed: 1, t60_s: vec![0.3; count], coherence: vec![0.0; count] };
+        let simulation = Simulation::new(&grid, &bands, &tail, &bands, taps);
+        let told = |seed: u64, t60_s: f32, gain: f32, noise: f32| {
+            let powers = simulation.powers(&ears(seed, rate, t60_s, gain));
+            let direct = powers.direct.iter().flat_map(|ear| simulation.cutter.by_band(ear)).collect();
+            let of = |place: usize| powers.hops[place / count].iter().take(70).map(|hop| hop[place % count]).collect();
+            let (hops, noise) = ((0..2 * count).map(of).collect(), vec![noise; 2 * count]);
+            ClipResponse { late: 0, delay_s: 0.0, sounds: vec![true; count], direct, hops, noise }
+        };
+        let own: Vec<Powers> = (0..6).map(|i| simulation.powers(&ears(10 * i, rate, 0.4, 1.0))).collect();
+        // Every other clip is wrong, and says so.
+        let clips: Vec<ClipResponse> = (0..6)
+            .map(|i| if i % 2 == 0 { told(500 + i, 1.2, 0.5, 1e-6) } else { told(600 + i, 0.2, 4.0, 1e3) })
+            .collect();
+        let level = simulation.level(own.iter().zip(&clips));
+        let per_hop = |t60_s: f64| -60.0 * grid.hop_s() / t60_s;
+        for band in 2..count {
+            assert!((level.direct_db[band] + 6.0).abs() < 0.5, "{:?}", level.direct_db);
+            let [first, more] = level.room_db[band].map(f64::from);
+            let wanted = per_hop(1.2) - per_hop(0.4);
+            assert!((more / wanted - 1.0).abs() < 0.1 && (first + 6.0).abs() < 2.5, "{first} {more} {wanted}");
+        }
+        let centre = simulation.powers(&ears(900, rate, 0.4, 1.0)).centre;
+        let [(simulated, _), (plain, _)] =
+            [&level, &Level::default()].map(|level| simulation.of(&ears(900, rate, 0.4, 1.0), level));
+        assert!(simulated.transfer.late[8] > 1.3 * plain.transfer.late[8]);
+        let corrected = simulated.transfer.clone();
+        let [left, _] = simulated.reshaped(&ears(900, rate, 0.4, 1.0), centre, &level, &corrected, (&grid, &bands));
+        // At 0.6 s, where 0.4 s leave -90 dB and 1.2 s -30 dB.
+        let power = |x: &[f32]| x[9600..10_600].iter().map(|v| v * v).sum::<f32>();
+        let more_db = 10.0 * (power(&left) / power(&ears(900, rate, 0.4, 1.0)[0])).log10();
+        assert!((more_db - 57.0).abs() < 8.0, "{more_db}");
+    }
+}

@@ -68,7 +68,7 @@ fn source(ui: &mut Ui, ctx: &mut Ctx<'_>, path: &mut SourcePath) {
     let further = ctx.params().further();
     let chosen = ctx.selection.source.min(further);
     if further > 0 {
-        let sources = ctx.project_sources();
+        let sources = ctx.sources;
         let name = |source| match sources.name(source) {
             name if name == format!("Source {}", source + 1) => name,
             name => format!("{}  {name}", source + 1),

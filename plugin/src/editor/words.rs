@@ -132,8 +132,6 @@ table! {
         /// Direct sound.
         Distance = ("Distance", "Metres from the head to the source; drag or type, and the host writes the source's place"),
         /// Direct sound.
-        Emitter = ("Emitter", "The source of the sound"),
-        /// Direct sound.
         Level = ("Level", "How much louder one ear hears the source than the other"),
         /// Direct sound.
         Time = ("Time", "How much earlier one ear hears the source than the other"),

@@ -116,6 +116,12 @@ impl Capture {
         load::load(&manifest_at(path)?)
     }
 
+    /// Whether there is a capture at a path: a folder with a `capture.json`, or that file.
+    #[must_use]
+    pub fn is_one(path: &Path) -> bool {
+        path.join(manifest::NAME).is_file() || path.file_name().is_some_and(|name| name == manifest::NAME)
+    }
+
     /// Writes `capture.json` and 32-bit float WAV files into a folder, which is made where it does not exist.
     ///
     /// Each file is there whole or not at all, and the manifest comes last: an interrupted write leaves no capture, or the old

@@ -2,38 +2,14 @@
 
 use super::simulation::SimulationArgs;
 use super::values::{parse_point, within};
-use clap::{Args, ValueEnum};
+use clap::Args;
 use promenade_core::glam::Vec3;
-use promenade_trainer::refinement::{Method, Solver};
 use std::path::PathBuf;
-
-/// What is learnt.
-#[derive(Clone, Copy, Debug, PartialEq, ValueEnum)]
-pub(crate) enum MethodArg {
-    /// The difference of levels
-    Regression,
-    /// The difference of levels, with noise added to the network's input
-    NoisyRegression,
-    /// pi-AVAS's flow: constant noise, the velocity is predicted
-    Flow,
-    /// A flow whose noise vanishes at the end, which is predicted
-    DataFlow,
-}
-
-impl MethodArg {
-    pub(crate) fn method(self) -> Method {
-        match self {
-            Self::Regression => Method::Regression,
-            Self::NoisyRegression => Method::NoisyRegression,
-            Self::Flow => Method::Flow,
-            Self::DataFlow => Method::DataFlow,
-        }
-    }
-}
 
 #[derive(Debug, Args)]
 pub(crate) struct RefineArgs {
-    /// Measured responses: of two ears, a .sofa file or a folder with a responses.json; or of microphones, as `fit` takes them
+    /// Measured responses: of two ears, a .sofa file or a folder with a responses.json; recordings, a capture, whose responses are
+    /// found; or of microphones, as `fit` takes them
     pub(crate) measured: PathBuf,
     /// Scene to write, of the refined simulation of --emitter; needs a head
     #[arg(short, long, value_name = "SCENE", requires = "emitter", required_unless_present = "evaluate")]
@@ -43,24 +19,24 @@ pub(crate) struct RefineArgs {
     pub(crate) emitter: Option<Vec3>,
     #[command(flatten)]
     pub(crate) simulation: SimulationArgs,
-    /// What is learnt
-    #[arg(long, value_enum, default_value_t = MethodArg::Regression)]
-    pub(crate) method: MethodArg,
-    /// How a flow is followed: euler, midpoint or heun, and its steps
-    #[arg(long, value_name = "NAME:STEPS", default_value = "euler:4", value_parser = parse_solver)]
-    pub(crate) solver: Solver,
+    /// The flow of pi-AVAS instead of a regression
+    #[arg(long, conflicts_with = "evaluate")]
+    pub(crate) flow: bool,
     /// Steps of the training
     #[arg(long, default_value_t = 350, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     pub(crate) steps: u32,
-    /// Seed of weights, order and noise
+    /// Seed of weights and order
     #[arg(long, default_value_t = 1)]
     pub(crate) seed: u64,
-    /// Compare all methods on emitters that are held out of the training, and print a table
+    /// Judge by emitters that are held out of the training, and print a table
     #[arg(long)]
     pub(crate) evaluate: bool,
-    /// Seeds of the comparison, whose mean and standard deviation are printed
+    /// Seeds of the judgement, whose mean and standard deviation are printed
     #[arg(long, default_value_t = 3, value_parser = clap::value_parser!(u64).range(1..=100), requires = "evaluate")]
     pub(crate) seeds: u64,
+    /// Responses of two ears to judge by, of the same emitters in the same order [default: what is held out]
+    #[arg(long, value_name = "RESPONSES", requires = "evaluate")]
+    pub(crate) judge_by: Option<PathBuf>,
     /// Emitters that are held out: those farther than this from where it is measured, metres
     #[arg(long, value_name = "M", value_parser = within(0.0_f32, 1000.0), conflicts_with = "test_source")]
     pub(crate) test_beyond: Option<f32>,
@@ -73,16 +49,4 @@ pub(crate) struct RefineArgs {
     /// Sample rate at which a set of microphones is refined, hertz [default: its own]
     #[arg(long, value_name = "HZ", value_parser = clap::value_parser!(u32).range(8_000..=192_000))]
     pub(crate) rate: Option<u32>,
-}
-
-fn parse_solver(text: &str) -> Result<Solver, String> {
-    let wrong = || format!("expected euler, midpoint or heun and 1 to 100 steps, as in euler:4, found {text:?}");
-    let (name, steps) = text.split_once(':').ok_or_else(wrong)?;
-    let steps = steps.parse().ok().filter(|steps| (1..=100).contains(steps)).ok_or_else(wrong)?;
-    match name {
-        "euler" => Ok(Solver::Euler(steps)),
-        "midpoint" => Ok(Solver::Midpoint(steps)),
-        "heun" => Ok(Solver::Heun(steps)),
-        _ => Err(wrong()),
-    }
 }

@@ -144,8 +144,10 @@ impl Places {
 
     /// The mesh with its groups' materials, as `simulate` reads them.
     pub(crate) fn files(&self, made: &str) -> (String, MaterialsBeside) {
+        // One group for all, which a reader parts by where surfaces look, has a rule for all.
+        let name = |group: &String| if self.mesh.groups.len() == 1 { "*".to_owned() } else { group.clone() };
         let materials = self.mesh.groups.iter().zip(self.room.materials());
-        let materials = materials.map(|(group, material)| (group.clone(), described(material))).collect();
+        let materials = materials.map(|(group, material)| (name(group), described(material))).collect();
         (self.mesh.to_obj(), MaterialsBeside { made: made.to_owned(), materials, source: None })
     }
 

@@ -2,9 +2,8 @@
 
 use super::{Example, Pair, scaled};
 use crate::gains::Gains;
-use crate::responses::Cutter;
+use crate::responses::{Cutter, certainty};
 use crate::setup::grid;
-use promenade_core::random::Random;
 use promenade_core::{Bands, StftGrid};
 use promenade_metrics::onset;
 
@@ -47,23 +46,6 @@ impl LevelGrid {
 
     pub(super) fn rate_hz(&self) -> f64 {
         self.grid.sample_rate_hz
-    }
-
-    /// Levels in dB as noise carriers of these powers have them by chance: after the direct sound, powers that are the mean of
-    /// as many squares of normal numbers as a hop has in a band, two for each period of its width.
-    pub(super) fn carried(&self, levels: &[f32], random: &mut Random) -> Vec<f32> {
-        let (row, count, centres) = (self.features(), self.bands.count(), self.bands.centres_hz());
-        let width = |band: usize| 0.5 * (centres[(band + 1).min(count - 1)] - centres[band.saturating_sub(1)]);
-        let squares = |band: usize| ((2.0 * width(band) * self.grid.hop_s() as f32) as usize).clamp(2, 256);
-        let one = |(i, level): (usize, &f32)| {
-            if i < row {
-                return *level;
-            }
-            let squares = squares(i % count);
-            let power = (0..squares).map(|_| random.normal().powi(2)).sum::<f32>() / squares as f32;
-            level + 10.0 * power.log10()
-        };
-        levels.iter().enumerate().map(one).collect()
     }
 
     /// Levels of a hop.
@@ -128,11 +110,15 @@ impl LevelGrid {
     }
 
     pub(super) fn example(&self, pair: &Pair, level_db: f32, places: &[(f32, f32)]) -> Example {
-        let (measured, counts) = self.told(&pair.measured);
+        let (measured, told) = self.told(&pair.measured);
+        let sure = |(i, db): (usize, &f32)| match pair.noise.get(i % self.features()) {
+            Some(noise) => certainty(10.0_f32.powf(db / 10.0), *noise),
+            None => f32::from(u8::from(told[i])),
+        };
         Example {
             simulated: self.levels(&pair.simulated.channels, level_db),
             measured: measured.iter().map(|db| (db - MIDDLE_DB) / SCALE_DB).collect(),
-            counts: counts.iter().map(|told| f32::from(u8::from(*told))).collect(),
+            counts: measured.iter().enumerate().map(sure).collect(),
             places: scaled(&pair.simulated.places, places),
         }
     }

@@ -198,7 +198,8 @@ impl Loader {
             self.search.withdraw();
             return Ok(Arc::clone(scene));
         };
-        match self.search.ask(scene).map_err(|error| Fault::because("no thread to find less of a scene on", error))?.as_deref() {
+        match self.search.ask(scene).map_err(|error| Fault::because("no thread to find less of a scene on", error))?.as_deref()
+        {
             Some(Ok(front)) => Ok(cache::within(scene, front, jnds)),
             // A scene of which nothing can be heard is compared with nothing.
             Some(Err(_)) | None => Ok(Arc::clone(scene)),
