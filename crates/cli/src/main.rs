@@ -18,8 +18,6 @@ mod hrtf;
 mod import;
 mod inspect;
 mod join;
-#[cfg(feature = "train")]
-mod learn;
 mod map;
 mod measure;
 mod path;
@@ -65,11 +63,13 @@ fn main() -> ExitCode {
         #[cfg(feature = "train")]
         args::Command::Train(a) => train::run(&a),
         #[cfg(feature = "train")]
-        args::Command::Learn(a) => learn::run(&a),
+        args::Command::Learn(a) => train::run_learn(&a),
         #[cfg(feature = "train")]
         args::Command::Refine(a) => refine::run(&a),
         #[cfg(not(feature = "train"))]
-        args::Command::Train(rest) | args::Command::Learn(rest) | args::Command::Refine(rest) => untrained::without_training(&rest.words),
+        args::Command::Train(rest) | args::Command::Learn(rest) | args::Command::Refine(rest) => {
+            untrained::without_training(&rest.words)
+        }
         args::Command::Eval(a) => eval::run(&a),
         args::Command::Study(a) => study::run(&a),
         args::Command::Web(args) => web::run(&args),

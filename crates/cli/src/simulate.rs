@@ -7,7 +7,7 @@ pub(crate) mod places;
 mod room;
 mod scene;
 
-pub(crate) use self::room::{mesh, room, source};
+pub(crate) use self::room::{described, mesh, room, source};
 
 use crate::args::{ClipArgs, RunArgs, Simulate, SimulateArgs};
 use crate::{capture, hrtf, path, report};
@@ -132,7 +132,8 @@ impl Run<'_> {
         let count = (1 + self.args.further.len()) as f64;
         let mut all = each(first, 0.0)?;
         for (number, at) in self.args.further.iter().enumerate() {
-            let rename = |set: &mut Responses, number| set.responses.iter_mut().for_each(|r| r.name = format!("{number}-{}", r.name));
+            let rename =
+                |set: &mut Responses, number| set.responses.iter_mut().for_each(|r| r.name = format!("{number}-{}", r.name));
             if number == 0 {
                 rename(&mut all.responses, 1);
             }

@@ -3,8 +3,9 @@
 use crate::args::{FitArgs, T20};
 use crate::fit::walls;
 use crate::report;
+use crate::simulate::described;
 use anyhow::{Result, bail};
-use promenade_acoustics::{BANDS, Curve, Material, Materials, OCTAVES_HZ, Shoebox};
+use promenade_acoustics::{BANDS, Material, Materials, OCTAVES_HZ, Shoebox};
 use promenade_audio::atomic;
 use promenade_baker::read_measured;
 use promenade_fit::{MaterialsBeside, WALLS, box_obj};
@@ -51,7 +52,8 @@ pub(crate) fn run(args: &FitArgs, t20: &T20) -> Result<()> {
     }
     let Some(output) = output else { return Ok(()) };
     let made = format!("fit of materials to reverberation times, promenade {}", env!("CARGO_PKG_VERSION"));
-    let fitted = WALLS.iter().zip(&named.materials).map(|(name, m)| ((*name).to_owned(), described(&factored(m, &matched.factors))));
+    let fitted =
+        WALLS.iter().zip(&named.materials).map(|(name, m)| ((*name).to_owned(), described(&factored(m, &matched.factors))));
     let beside = MaterialsBeside { made, materials: fitted.collect(), source: None };
     let files = [
         (output.to_owned(), box_obj(&walls)),
@@ -66,18 +68,6 @@ pub(crate) fn run(args: &FitArgs, t20: &T20) -> Result<()> {
 
 fn line(name: &str, of: impl Fn(usize) -> String) -> Vec<String> {
     std::iter::once(name.to_owned()).chain((0..BANDS).map(of)).collect()
-}
-
-/// A fitted material as [`Materials::material`] reads it.
-pub(crate) fn described(material: &Material) -> String {
-    let all = |shares: &[f32]| shares.iter().map(|s| format!("{s:.4}")).collect::<Vec<_>>().join("/");
-    let bands = |octaves: &[f32], low: Option<f32>, fine: &Curve| match (fine.points(), low) {
-        ([], None) => all(octaves),
-        ([], Some(low)) => format!("{low:.4}/{}", all(octaves)),
-        (points, _) => points.iter().map(|[hz, share]| format!("{hz:.1}@{share:.4}")).collect::<Vec<_>>().join("/"),
-    };
-    let Material { absorption, absorption_63, scattering, fine: [absorbs, scatters], .. } = material;
-    format!("{}:{}", bands(absorption, *absorption_63, absorbs), bands(scattering, None, scatters))
 }
 
 fn measured(path: &Path) -> Result<Some7> {

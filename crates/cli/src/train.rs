@@ -1,5 +1,9 @@
 //! `promenade train`: a capture and anchors in, a scene out.
 
+mod learn;
+
+pub(crate) use learn::run as run_learn;
+
 use crate::args::{MAX_THREADS, TrainArgs};
 use crate::simulate::places::Places;
 use crate::{plot, report};
@@ -88,7 +92,9 @@ impl<'a> Prepared<'a> {
                 let at = self.capture.emitters[number].position;
                 let seed = trainer.settings().seed;
                 places.scene(number, provenance, (seed, true), |pose, ears| {
-                    trainer.refined(pose, at, ears).context("--simulate: expected settings that correct a simulation, found others")
+                    trainer
+                        .refined(pose, at, ears)
+                        .context("--simulate: expected settings that correct a simulation, found others")
                 })?
             }
         };

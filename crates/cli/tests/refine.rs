@@ -32,7 +32,10 @@ fn measured_responses_refine_a_room_for_a_source_that_was_not_measured() {
     let judged = [&room[..], &["--head", &ears, "--evaluate", "--seeds", "1", "--test-source", "2"]].concat();
     let (table, said) = succeeds(&judged);
     assert!(said.contains("8 responses to learn from, 4 of held-out sources"), "{said}");
-    assert!(["simulation alone", "regression", "flow"].iter().all(|row| table.contains(row)) && table.lines().count() == 4, "{table}");
+    assert!(
+        ["simulation alone", "regression", "flow"].iter().all(|row| table.contains(row)) && table.lines().count() == 4,
+        "{table}"
+    );
     succeeds(&[&room[..], &["--head", &ears, "--emitter", "2,2.5,1.4", "-o", &out]].concat());
     let scene = Scene::from_bytes(&std::fs::read(&out).unwrap()).unwrap();
     assert!(scene.emitter().unwrap().distance(Vec3::new(2.0, 2.5, 1.4)) < 1e-4 && scene.provenance().recipe.contains("refine"));

@@ -226,7 +226,10 @@ fn a_walk_and_a_coarse_room_become_a_scene_and_go_on_where_they_were_stopped() {
     let learn = ["--settings", "settings.json", "--steps", "2", "--test-emitter", "source 3", "--emitter", "source 3"];
     let all = [&["learn", "walk", "-o", "walk.promenade"], &coarse[..], &learn].concat();
     let said = done(&all);
-    assert!(said.contains("recordings, s") && said.contains("simulating 10 poses") | said.contains("simulating 5 poses"), "{said}");
+    assert!(
+        said.contains("recordings, s") && said.contains("simulating 10 poses") | said.contains("simulating 5 poses"),
+        "{said}"
+    );
     let scene = Scene::from_bytes(&std::fs::read(at("walk.promenade")).unwrap()).unwrap();
     assert!(scene.cloud().is_none() && scene.emitter().unwrap().distance(Vec3::new(5.0, 1.0, 1.6)) < 1e-4);
     let report = std::fs::read_to_string(at("walk.report.md")).unwrap();
@@ -237,9 +240,23 @@ fn a_walk_and_a_coarse_room_become_a_scene_and_go_on_where_they_were_stopped() {
     let (_, wall) = fitted["materials"].as_object().unwrap().iter().next().unwrap();
     let absorption: f64 = wall.as_str().unwrap().split(['/', ':']).nth(2).unwrap().parse().unwrap();
     assert!(absorption > 0.08 && absorption < 0.3, "{fitted}");
-    done(&["simulate", "walk.room.obj", "--emitter", "3,3.2,1.5", "--head", "head", "--length", "0.1", "--rays", "300", "-o", "again"]);
+    done(&[
+        "simulate",
+        "walk.room.obj",
+        "--emitter",
+        "3,3.2,1.5",
+        "--head",
+        "head",
+        "--length",
+        "0.1",
+        "--rays",
+        "300",
+        "-o",
+        "again",
+    ]);
     // A second run simulates nothing and makes the same scene.
-    let kept = || std::fs::read_dir(at("walk.simulated")).unwrap().map(|e| e.unwrap().metadata().unwrap().modified().unwrap()).max();
+    let kept =
+        || std::fs::read_dir(at("walk.simulated")).unwrap().map(|e| e.unwrap().metadata().unwrap().modified().unwrap()).max();
     let before = kept();
     let said = done(&all);
     assert!(said.contains("goes on from step 2") && kept() == before, "{said}");

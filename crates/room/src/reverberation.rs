@@ -5,8 +5,8 @@
 
 use crate::error::RoomError;
 use promenade_acoustics::{
-    Air, BANDS, Echogram, Material, Mesh, OCTAVES_HZ, ParticleOptions, RayOptions, Room, Shoebox, Source, decay_time_s, late_field,
-    octave_place,
+    Air, BANDS, Echogram, Material, Mesh, OCTAVES_HZ, ParticleOptions, RayOptions, Room, Shoebox, Source, decay_time_s,
+    late_field, octave_place,
 };
 use std::f64::consts::LN_10;
 use std::fmt::{self, Display, Formatter};
@@ -155,7 +155,9 @@ fn octaves(echogram: &Echogram) -> Some7 {
 /// A box that [`t20_s`] refuses; a time outside [`T20_S`], none at all.
 pub fn match_t20(walls: &Shoebox, air: Air, source: [f64; 3], wanted_s: &Some7, seed: u64) -> Result<Matched, RoomError> {
     let eyring = |factors: &_| Ok(changed(walls, factors).eyring_t60_s(None));
-    matched(air, wanted_s, &eyring, &|factors, span_s| Ok(octaves(&traced(&changed(walls, factors), air, source, span_s, seed)?)))
+    matched(air, wanted_s, &eyring, &|factors, span_s| {
+        Ok(octaves(&traced(&changed(walls, factors), air, source, span_s, seed)?))
+    })
 }
 
 /// Finds factors with which the room of a mesh has the reverberation times that are asked for, as [`match_t20`] does for a box;

@@ -21,8 +21,8 @@ use std::collections::BTreeMap;
 /// What a refinement is trained with.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RefineSettings {
-    /// The flow of pi-AVAS (equations 3 to 6) instead of a regression on the difference of levels: a path with constant noise, whose
-    /// velocity is predicted.
+    /// The flow of pi-AVAS (equations 3 to 6) instead of a regression on the difference of levels: a path with constant noise,
+    /// whose velocity is predicted.
     pub flow: bool,
     /// Steps.
     pub steps: usize,
@@ -58,8 +58,8 @@ pub struct Pair {
     pub simulated: SimulatedResponse,
     /// What it should be, `[channel][sample]`.
     pub measured: Vec<Vec<f32>>,
-    /// Variance of what a hop of it has in a band, mean per bin, `[channel][band]` of [`promenade_core::Bands::for_rate`]; empty
-    /// where nothing is known of it.
+    /// Variance of what a hop of it has in a band, mean per bin, `[channel][band]` of [`promenade_core::Bands::for_rate`];
+    /// empty where nothing is known of it.
     pub noise: Vec<f32>,
 }
 

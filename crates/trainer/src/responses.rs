@@ -1,6 +1,5 @@
 //! What a clip tells of the room by itself: the response between its dry and its recorded sound, as delays and energies.
 
-use crate::setup::grid;
 use promenade_baker::capture::{Capture, Clip, DIRECT_PRE_ROLL_S, Split};
 use promenade_core::{Bands, Pose, StftGrid, TailModel};
 use promenade_fourier::Fourier;
@@ -75,6 +74,11 @@ pub struct Decay {
     pub sd_s: f64,
 }
 
+/// The transform of the masks at a rate: four hops of about 5.8 ms.
+pub(crate) fn grid(sample_rate_hz: f64) -> StftGrid {
+    StftGrid::four_hops(sample_rate_hz, 128.0 * sample_rate_hz / 22_050.0)
+}
+
 /// How much a level counts beside one without noise: the inverse of its variance in dB, of which a hop of diffuse sound has as
 /// much by itself as noise of a quarter of its energy adds.
 pub(crate) fn certainty(energy: f32, noise: f32) -> f32 {
@@ -95,8 +99,8 @@ pub fn recorded_responses(capture: &Capture) -> Vec<RecordedResponse> {
     capture.clips.par_iter().filter_map(one).collect()
 }
 
-/// Reverberation times of the octaves from 125 Hz that the training clips tell: means of those of the bands in an octave, each as
-/// sure as it is.
+/// Reverberation times of the octaves from 125 Hz that the training clips tell: means of those of the bands in an octave, each
+/// as sure as it is.
 #[must_use]
 pub fn recorded_decays(capture: &Capture) -> [Option<Decay>; 7] {
     let (grid, bands) = (grid(capture.sample_rate_hz), Bands::for_rate(capture.sample_rate_hz));
@@ -105,7 +109,8 @@ pub fn recorded_decays(capture: &Capture) -> [Option<Decay>; 7] {
     std::array::from_fn(|octave| {
         let middle = 125.0 * 2.0_f32.powi(octave as i32);
         let inside = |hz: f32| (hz / middle).log2().abs() <= 0.5;
-        let of: Vec<Decay> = bands.centres_hz().iter().zip(&told).filter(|(hz, _)| inside(**hz)).filter_map(|(_, d)| *d).collect();
+        let of: Vec<Decay> =
+            bands.centres_hz().iter().zip(&told).filter(|(hz, _)| inside(**hz)).filter_map(|(_, d)| *d).collect();
         let sure: f64 = of.iter().map(|d| d.sd_s.powi(-2)).sum();
         let time_s = of.iter().map(|d| d.time_s * d.sd_s.powi(-2)).sum::<f64>() / sure;
         (sure > 0.0 && sure.is_finite()).then(|| Decay { time_s, sd_s: sure.recip().sqrt() })
@@ -349,7 +354,7 @@ mod tests {
             tracks.push(Track { name, voices: vec![Voice { emitter: None, dry }], binaural, path });
         }
         let capture = Capture { sample_rate_hz: RATE, tracks, clips, ..Capture::default() };
-        let (grid, bands) = (crate::setup::grid(RATE), Bands::for_rate(RATE));
+        let (grid, bands) = (super::grid(RATE), Bands::for_rate(RATE));
         let responses = clip_responses(&capture, &capture.clips, &grid, &bands);
         assert_eq!(responses.len(), 4);
         for response in responses.values() {

@@ -1,6 +1,6 @@
 //! What a training is set up with besides weights: the grid, the room's bands, the anchors, the emitter.
 
-use crate::responses::{ClipResponses, Decay, decay_times};
+use crate::responses::{ClipResponses, Decay, decay_times, grid};
 use crate::settings::TrainSettings;
 use promenade_baker::anchors::AnchorSet;
 use promenade_baker::capture::{Capture, reverberation_times};
@@ -43,11 +43,6 @@ pub(crate) struct Setup {
     pub(crate) placement: Placement,
     /// The capture's emitters, where they are known and used.
     pub(crate) emitters: Vec<CloudEmitter>,
-}
-
-/// The transform of the masks at a rate: four hops of about 5.8 ms.
-pub(crate) fn grid(sample_rate_hz: f64) -> StftGrid {
-    StftGrid::four_hops(sample_rate_hz, 128.0 * sample_rate_hz / 22_050.0)
 }
 
 impl Setup {

@@ -134,8 +134,8 @@ impl Simulation {
         Ok(SimulatedClips { clips, level })
     }
 
-    /// Level and decay of what clips tell over what is simulated for them: by band the weighted mean of the direct sounds' and a
-    /// line over the hops. Bands that no clip tells of have the mean of the others.
+    /// Level and decay of what clips tell over what is simulated for them: by band the weighted mean of the direct sounds' and
+    /// a line over the hops. Bands that no clip tells of have the mean of the others.
     fn level<'p>(&self, pairs: impl Iterator<Item = (&'p Powers, &'p ClipResponse)>) -> Level {
         let count = self.bands.count();
         let mut direct = vec![[0.0_f32; 2]; count];
@@ -261,7 +261,8 @@ impl Simulated {
                 let of = |t: &TransferFunction| if l < taps { t.taps[l * 2 * count + place] } else { t.late[place] };
                 level.hop(l, band) * ratio(of(corrected), of(&self.transfer))
             };
-            let hops = (0..=taps.max(ears[ear].len() / grid.hop)).map(|l| (0..count).map(|band| tap(l, band)).collect()).collect();
+            let hops =
+                (0..=taps.max(ears[ear].len() / grid.hop)).map(|l| (0..count).map(|band| tap(l, band)).collect()).collect();
             Gains { direct, hops }.applied(&ears[ear], centre, grid, bands)
         })
     }
@@ -330,7 +331,7 @@ fn masks([left, right]: [f32; 2]) -> (f32, f32) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::setup::grid;
+    use crate::responses::grid;
     use promenade_testing::noise;
 
     /// A response of both ears: a click, then noise that decays in a time, so loud.
@@ -360,9 +361,8 @@ mod tests {
         };
         let own: Vec<Powers> = (0..6).map(|i| simulation.powers(&ears(10 * i, rate, 0.4, 1.0))).collect();
         // Every other clip is wrong, and says so.
-        let clips: Vec<ClipResponse> = (0..6)
-            .map(|i| if i % 2 == 0 { told(500 + i, 1.2, 0.5, 1e-6) } else { told(600 + i, 0.2, 4.0, 1e3) })
-            .collect();
+        let clips: Vec<ClipResponse> =
+            (0..6).map(|i| if i % 2 == 0 { told(500 + i, 1.2, 0.5, 1e-6) } else { told(600 + i, 0.2, 4.0, 1e3) }).collect();
         let level = simulation.level(own.iter().zip(&clips));
         let per_hop = |t60_s: f64| -60.0 * grid.hop_s() / t60_s;
         for band in 2..count {

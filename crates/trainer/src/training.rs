@@ -4,10 +4,10 @@ use crate::checkpoint::{Checkpoint, CurvePoint};
 use crate::head::streaming::StreamingHead;
 use crate::head::{Example, ExampleVoice, LossGradient, Prediction};
 use crate::network::{Decoded, Graph, Query};
-use crate::responses::{ClipResponses, clip_responses};
+use crate::responses::{ClipResponses, clip_responses, grid};
 use crate::scene::scene;
 use crate::settings::TrainSettings;
-use crate::setup::{Setup, fingerprint, grid, in_cloud};
+use crate::setup::{Setup, fingerprint, in_cloud};
 use crate::simulated::{Level, Simulate, SimulatedClips, Simulation};
 use crate::weights::{AdamW, Arrays, start};
 use burn::tensor::{Device, Tensor, TensorData};
@@ -259,8 +259,8 @@ impl<'a> Trainer<'a> {
         Some(own.reshaped(ears, centre, &level, &corrected, (&self.setup.grid, &self.setup.bands)))
     }
 
-    /// MAG, LRE and ENV of the test clips as [`evaluate`] has them: of the scene as it is played, or of what a network makes of a
-    /// simulation, which its scene is baked from.
+    /// MAG, LRE and ENV of the test clips as [`evaluate`] has them: of the scene as it is played, or of what a network makes of
+    /// a simulation, which its scene is baked from.
     ///
     /// # Errors
     /// Those of [`Self::scene`] and of [`evaluate`].

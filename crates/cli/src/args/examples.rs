@@ -1,7 +1,7 @@
 //! What commands look like in use: a command, and what follows the program's name.
 
 /// Two of each command, the plainest first.
-pub(super) const EXAMPLES: [(&str, [&str; 2]); 35] = [
+pub(super) const EXAMPLES: [(&str, [&str; 2]); 36] = [
     (
         "render",
         [
@@ -100,6 +100,13 @@ pub(super) const EXAMPLES: [(&str, [&str; 2]); 35] = [
         [
             "train walk --anchors anchors.safetensors -o trained.promenade",
             "train walk --anchors anchors.safetensors --simulate room.obj --head head.sofa -o trained.promenade",
+        ],
+    ),
+    (
+        "learn",
+        [
+            "learn walk --room room.obj --materials '*=0.2' --head head.sofa -o learnt.promenade",
+            "learn walk --room room.obj --head head.sofa --test-emitter door --emitter door -o door.promenade",
         ],
     ),
     (

@@ -11,7 +11,7 @@ const GROUPS: [(&str, &[&str]); 6] = [
     ("Hear", &["render", "host", "path"]),
     ("Make a room", &["bake", "responses", "simulate", "join", "surface", "import"]),
     ("Measure", &["inspect", "measure", "map"]),
-    ("Learn", &["fit", "capture", "anchors", "train", "refine", "eval"]),
+    ("Learn", &["fit", "capture", "anchors", "learn", "train", "refine", "eval"]),
     ("Publish", &["web", "study"]),
     ("This program", &["completions"]),
 ];

@@ -8,8 +8,8 @@ use std::path::PathBuf;
 
 #[derive(Debug, Args)]
 pub(crate) struct RefineArgs {
-    /// Measured responses: of two ears, a .sofa file or a folder with a responses.json; recordings, a capture, whose responses are
-    /// found; or of microphones, as `fit` takes them
+    /// Measured responses: of two ears, a .sofa file or a folder with a responses.json; a capture, whose
+    /// responses are found; or of microphones, as `fit` takes them
     pub(crate) measured: PathBuf,
     /// Scene to write, of the refined simulation of --emitter; needs a head
     #[arg(short, long, value_name = "SCENE", requires = "emitter", required_unless_present = "evaluate")]

@@ -1,9 +1,8 @@
 //! A simulated room as it is heard at places of recordings.
 
-use super::room::{room, source, within};
+use super::room::{described, room, source, within};
 use crate::args::{RoomArgs, SimulationArgs};
 use crate::hrtf;
-use crate::t20::described;
 use anyhow::{Context, Result};
 use promenade_acoustics::{Mesh, Room, Source};
 use promenade_baker::anchors::{AnchorOptions, AnchorSet, WALL_COLOURS, box_points};
@@ -138,7 +137,8 @@ impl Places {
         let [low, high] = self.mesh.bounds().map(|at| Vec3::from(at.map(|x| x as f32)));
         let mut points = box_points(high - low, ANCHOR_VOXEL_M, &WALL_COLOURS)?;
         points.iter_mut().for_each(|point| point.position += low);
-        let options = AnchorOptions { count: ANCHORS, voxel_m: ANCHOR_VOXEL_M, seed: self.options.seed, ..AnchorOptions::default() };
+        let options =
+            AnchorOptions { count: ANCHORS, voxel_m: ANCHOR_VOXEL_M, seed: self.options.seed, ..AnchorOptions::default() };
         Ok(AnchorSet::from_points(&points, Placement::IDENTITY, &options)?.0)
     }
 

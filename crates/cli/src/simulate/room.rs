@@ -3,7 +3,7 @@
 use crate::args::{MeshArgs, RoomArgs};
 use crate::report;
 use anyhow::{Context, Result, bail};
-use promenade_acoustics::{Directivity, Materials, Mesh, MeshReport, Room, Source};
+use promenade_acoustics::{Curve, Directivity, Material, Materials, Mesh, MeshReport, Room, Source};
 use promenade_baker::simulation::directivity;
 use promenade_core::glam::Vec3;
 use promenade_fit::MaterialsBeside;
@@ -119,6 +119,18 @@ fn fitted(mesh: &Path) -> Result<Option<MaterialsBeside>> {
     let text = std::fs::read_to_string(&beside).with_context(|| format!("{}: cannot be read", beside.display()))?;
     let found = serde_json::from_str(&text).with_context(|| format!("{}: expected materials by group", beside.display()))?;
     Ok(Some(found))
+}
+
+/// A fitted material as [`Materials::material`] reads it.
+pub(crate) fn described(material: &Material) -> String {
+    let all = |shares: &[f32]| shares.iter().map(|s| format!("{s:.4}")).collect::<Vec<_>>().join("/");
+    let bands = |octaves: &[f32], low: Option<f32>, fine: &Curve| match (fine.points(), low) {
+        ([], None) => all(octaves),
+        ([], Some(low)) => format!("{low:.4}/{}", all(octaves)),
+        (points, _) => points.iter().map(|[hz, share]| format!("{hz:.1}@{share:.4}")).collect::<Vec<_>>().join("/"),
+    };
+    let Material { absorption, absorption_63, scattering, fine: [absorbs, scatters], .. } = material;
+    format!("{}:{}", bands(absorption, *absorption_63, absorbs), bands(scattering, None, scatters))
 }
 
 /// The source: where it is, and what it sends where.

@@ -60,8 +60,13 @@ const SCENE_HZ: u32 = 48_000;
 pub(super) fn write_box(args: &SimulateBoxArgs) -> Result<()> {
     let began = Instant::now();
     let run = &args.run;
-    if run.part.is_some() || run.path.is_some() || run.poses.is_some() || run.length.is_some() || !args.clips.dry.is_empty()
-        || !run.further.is_empty() {
+    if run.part.is_some()
+        || run.path.is_some()
+        || run.poses.is_some()
+        || run.length.is_some()
+        || !args.clips.dry.is_empty()
+        || !run.further.is_empty()
+    {
         bail!("{}: expected no --path, --poses, --length, --part, --further or --dry for a scene", args.output.display());
     }
     let rate = args.rate.unwrap_or(SCENE_HZ);

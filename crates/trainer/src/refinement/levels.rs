@@ -2,8 +2,7 @@
 
 use super::{Example, Pair, scaled};
 use crate::gains::Gains;
-use crate::responses::{Cutter, certainty};
-use crate::setup::grid;
+use crate::responses::{Cutter, certainty, grid};
 use promenade_core::{Bands, StftGrid};
 use promenade_metrics::onset;
 

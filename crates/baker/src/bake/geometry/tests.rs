@@ -474,7 +474,8 @@ fn a_corrected_room_has_what_its_responses_have() {
             CorrectedResponse { at: r.listener.position, corrected: [ear(&r.left), ear(&r.right)], simulated }
         };
         let responses: Vec<CorrectedResponse> = made.iter().map(one).collect();
-        let scene = bake_corrected((&mesh, &room, &source), &hrtf, &options, (&responses, false), Provenance::default()).unwrap();
+        let scene =
+            bake_corrected((&mesh, &room, &source), &hrtf, &options, (&responses, false), Provenance::default()).unwrap();
         let pose = Pose { position: Vec3::new(4.6, 3.2, 1.5), ..Pose::IDENTITY };
         let [left, _] = render_response(&Arc::new(scene), pose, LEAD, RATE as usize / 2).unwrap();
         let late = RATE as usize / 12;
@@ -484,6 +485,7 @@ fn a_corrected_room_has_what_its_responses_have() {
     let db = |a: f64, b: f64| 10.0 * (a / b).log10();
     let less = [db(early_less, early), db(late_less, late)].map(|x| x - db(direct_less, direct));
     assert!(less.iter().all(|x| (x + 6.02).abs() < 0.5), "{less:?}");
-    let error = bake_corrected((&mesh, &room, &source), &hrtf, &options, (&[], false), Provenance::default()).unwrap_err().to_string();
+    let error =
+        bake_corrected((&mesh, &room, &source), &hrtf, &options, (&[], false), Provenance::default()).unwrap_err().to_string();
     assert!(error.contains("one or more"), "{error}");
 }

@@ -3,9 +3,9 @@
 //! The recordings' decays give the room its absorption; what is simulated in it is brought to the recordings' level and decay;
 //! a network corrects the rest, for as many steps as clips support that it is not told of.
 
+use super::{KEPT, Prepared, learn};
 use crate::args::TrainArgs;
 use crate::report;
-use crate::train::{KEPT, Prepared, learn};
 use anyhow::{Context, Result};
 use promenade_baker::evaluate::{Evaluation, Figure};
 use promenade_baker::{Capture, Split, atomic};
@@ -31,8 +31,8 @@ pub(crate) fn run(args: &TrainArgs) -> Result<()> {
     report::line(format_args!("{}: the fitted room and {steps} steps", args.output.display()));
     let judged = prepared.judge(made, true)?;
     let text = format!(
-        "# {}\n\nWhat recordings gave a coarse room.\n\n## Decays\n\n{}\n## Validation\n\nClips that the network was not told of; \
-         {steps} of {} steps are used.\n\n{}\n## Test clips\n\n{}",
+        "# {}\n\nWhat recordings gave a coarse room.\n\n## Decays\n\n{}\n## Validation\n\nClips that the network was not told \
+         of; {steps} of {} steps are used.\n\n{}\n## Test clips\n\n{}",
         judged.scene,
         report::table(&decays, true),
         prepared.settings.steps,
@@ -46,7 +46,7 @@ pub(crate) fn run(args: &TrainArgs) -> Result<()> {
     Ok(())
 }
 
-/// Gives the room the absorption that the recordings' decays ask for, and writes it beside the scene. Says the decays by octave.
+/// Gives the room the absorption that the recordings' decays ask for, and writes it beside the scene. Says the decays.
 fn fit_room(prepared: &mut Prepared<'_>) -> Result<Vec<Vec<String>>> {
     let told = recorded_decays(&prepared.capture);
     // An octave that nothing sounds in is taken to decay as the nearest that something does.
@@ -114,7 +114,9 @@ fn validation(capture: &Capture) -> Capture {
 /// A row for each method.
 fn figures(judged: &Evaluation) -> Vec<Vec<String>> {
     let head = std::iter::once("method").chain(Figure::ALL.iter().map(|f| f.heading())).map(str::to_owned).collect();
-    let value = |mean: &promenade_baker::evaluate::Figures, f: Figure| mean.get(f).map_or("-".to_owned(), |v| format!("{v:.*}", f.digits()));
+    let value = |mean: &promenade_baker::evaluate::Figures, f: Figure| {
+        mean.get(f).map_or("-".to_owned(), |v| format!("{v:.*}", f.digits()))
+    };
     let row = |m: &promenade_baker::evaluate::MethodResult| {
         std::iter::once(m.name.clone()).chain(Figure::ALL.into_iter().map(|f| value(&m.mean, f))).collect()
     };
