@@ -7,12 +7,12 @@ pub(crate) mod live;
 pub(crate) mod readout;
 pub(crate) mod sites;
 
-use crate::{LiveParams, Pose, TransferFunction};
+use crate::{Pose, TransferFunction};
 use std::ops::Range;
 
 pub use cloud::{CloudDecoder, InlineWorker};
 pub use field::{Axis, Basis, Facing, Field, FieldGrid, LowRank, NEAREST_M, Rows, SILENT_DB};
-pub use live::{DecodeWorker, Decoded, PublishedFrame};
+pub use live::{DecodeWorker, Decoded, LiveParams, PublishedFrame};
 pub use readout::{MAX_LOG_COEFFICIENT, QueryValues, Readout};
 
 /// From a pose to its transfer function, hop by hop.

@@ -3,7 +3,22 @@
 use crate::decode::{Change, Decoder};
 use crate::number;
 use crate::published::StreamTaps;
-use crate::{LiveParams, Pose, Scene, TransferFunction};
+use crate::{Pose, Scene, TransferFunction};
+
+/// How often poses are decoded while the listener moves.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LiveParams {
+    /// Decodes a second, above 0; answers are cross-faded over the time from one to the next.
+    pub rate_hz: f32,
+    /// Wait for every decode, as offline: the sound does not depend on the machine then.
+    pub wait: bool,
+}
+
+impl Default for LiveParams {
+    fn default() -> Self {
+        Self { rate_hz: 40.0, wait: false }
+    }
+}
 
 /// What a live decoder makes of one pose.
 ///
@@ -13,7 +28,7 @@ use crate::{LiveParams, Pose, Scene, TransferFunction};
 pub struct Decoded {
     /// Masks and time filters for the streaming head.
     pub transfer: TransferFunction,
-    /// The answer as the published head takes it, where the scene has the tier Reference.
+    /// The answer as the published head takes it, where the scene has convolution layers.
     pub published: Option<PublishedFrame>,
 }
 

@@ -6,7 +6,7 @@ use promenade_baker::cloud_scene::{CloudSceneOptions, cloud_scene};
 use promenade_baker::streaming::{StreamReport, bursts_and_clicks, compare_streams, poses_within};
 use promenade_core::network::{CloudKind, CloudModel, CloudParts};
 use promenade_core::published::{ConvMode, Projection};
-use promenade_core::{Latency, Provenance, Scene, StftGrid, Tier};
+use promenade_core::{Latency, Provenance, Scene, StftGrid};
 use promenade_player::{Player, Playing};
 use promenade_testing::clouds;
 use promenade_testing::clouds::Sizes;
@@ -55,13 +55,13 @@ fn names(report: &StreamReport) -> Vec<&str> {
 #[test]
 fn what_is_played_in_frames_alone_is_said() {
     // Four hops, which can be told apart.
-    let scene = scene_on(StftGrid { hop: 16, ..GRID }, audible(CloudKind::SimpleSh, SMALL), ConvMode::LookAhead);
-    let sooner = |tier| {
-        let player = Player::at_latency(&scene, GRID.sample_rate_hz, Some(Playing::Stream(tier)), Latency::None);
+    let sooner = |conv| {
+        let scene = scene_on(StftGrid { hop: 16, ..GRID }, audible(CloudKind::SimpleSh, SMALL), conv);
+        let player = Player::at_latency(&scene, GRID.sample_rate_hz, Playing::Stream, Latency::None);
         player.map(|player| player.playing()).map_err(|error| error.to_string())
     };
-    assert_eq!(sooner(Tier::High), Ok(Playing::Stream(Tier::High)));
-    let error = sooner(Tier::Reference).unwrap_err();
+    assert_eq!(sooner(ConvMode::Off), Ok(Playing::Stream));
+    let error = sooner(ConvMode::LookAhead).unwrap_err();
     assert!(error.contains("expected frame") && error.contains("found none"), "{error}");
 }
 
@@ -71,7 +71,7 @@ fn a_stream_that_is_the_clip_is_at_no_distance() {
     let mut parts = audible(CloudKind::SimpleSh, SMALL);
     parts.weights.retain(|name, _| !name.starts_with("time_") && name != "_acoustic_features_t");
     let report = measure(&scene(parts, ConvMode::LookAhead), 3.0).unwrap();
-    assert_eq!(names(&report), ["source", "high", "reference"]);
+    assert_eq!(names(&report), ["source", "decoded", "published"]);
     let distance = |row: usize| report.streams[row].distance.unwrap();
     assert!(!report.notes.iter().any(|n| n.contains("silent")), "{:?}", report.notes);
     let same = distance(2);
@@ -82,9 +82,9 @@ fn a_stream_that_is_the_clip_is_at_no_distance() {
 }
 
 #[test]
-fn the_tiers_of_a_scene_are_compared() {
+fn what_a_scene_can_be_played_as_is_compared() {
     let report = measure(&scene(audible(CloudKind::SimpleSh, SMALL), ConvMode::Causal), 1.0).unwrap();
-    assert_eq!(names(&report), ["source", "high", "reference"]);
+    assert_eq!(names(&report), ["source", "decoded", "published"]);
     assert!(report.streams.iter().all(|r| r.distance.is_some_and(|d| d.mag.is_finite() && d.lsd_db > 0.0)), "{report:?}");
     assert!(report.streams.iter().all(|r| r.lookahead_hops == 0), "convolution that does not look ahead");
     assert!(report.clips > 3 && report.decode_s.is_some());
@@ -95,12 +95,12 @@ fn what_cannot_be_compared_is_said() {
     let mut short = audible(CloudKind::SimpleSh, Sizes { frames: 15, ..SMALL });
     short.weights.retain(|name, _| !name.starts_with("out."));
     let report = measure(&scene(short, ConvMode::Off), 1.0).unwrap();
-    assert!(report.streams.iter().all(|r| r.distance.is_none()) && names(&report) == ["source", "high"], "{report:?}");
+    assert!(report.streams.iter().all(|r| r.distance.is_none()) && names(&report) == ["source", "decoded"], "{report:?}");
     assert!(report.notes.iter().any(|n| n.contains("clips have 210 samples")), "{:?}", report.notes);
 
     let other_bins = audible(CloudKind::Sh, Sizes { bands: 20, ..SMALL });
     let report = measure(&scene(other_bins, ConvMode::Off), 1.0).unwrap();
-    assert_eq!(names(&report), ["source", "high"], "what does not need the model's own bins");
+    assert_eq!(names(&report), ["source", "decoded"], "what does not need the model's own bins");
     assert!(report.notes.iter().any(|n| n.contains("20 bands, the grid has 33 bins")), "{:?}", report.notes);
 
     let failure = measure(&scene(audible(CloudKind::Sh, SMALL), ConvMode::Off), 0.05).unwrap_err();

@@ -8,7 +8,7 @@ use promenade_core::glam::Vec3;
 use promenade_core::headphones::{HeadphoneStage, Headphones};
 use promenade_core::{
     BlockParams, CameraPath, DecodeWorker, Decoded, Emitters, Head, Keyframe, MOST_VOICES, Playback, Pose, Renderer,
-    RendererConfig, Scene, Spatializer, Tier, Voice,
+    RendererConfig, Scene, Spatializer, Voice,
 };
 use std::sync::Arc;
 
@@ -20,7 +20,7 @@ pub(crate) const MOST_SAMPLES: usize = 1024;
 pub struct LoadOptions {
     /// With a second emitter, for stereo sound whose channels come from two places.
     pub second_emitter: bool,
-    /// Decode live tiers on the thread that renders: offline only.
+    /// Decode poses on the thread that renders: offline only.
     pub inline: bool,
     /// Sounds beside the first that can be played in the same place, at most 32.
     pub further: usize,
@@ -176,7 +176,6 @@ impl Engine {
         let p = &mut self.params;
         let on = value != 0.0;
         match setting {
-            0 => p.tier = Tier::ALL[(value as usize).min(Tier::ALL.len() - 1)],
             1 => p.gain = value,
             2 => p.mix = value,
             3 => p.bypass = on,
@@ -301,13 +300,6 @@ impl Engine {
     #[must_use]
     pub fn latency_samples(&self) -> (usize, f64) {
         (self.stream.latency_samples(), self.listener.glide.delay())
-    }
-
-    /// The tier that is played, as its number.
-    #[must_use]
-    pub fn played_tier(&self) -> usize {
-        let played = self.stream.renderer().map_or(Tier::Draft, |r| r.played_tier(self.params.tier));
-        Tier::ALL.iter().position(|t| *t == played).unwrap_or(0)
     }
 
     /// The pose that a voice is to decode, once: the first sound's, its second emitter's, then those of further sounds.

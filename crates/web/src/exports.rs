@@ -232,12 +232,6 @@ pub extern "C" fn pose_delay() -> f64 {
     with(|engine| engine.latency_samples().1)
 }
 
-/// The tier that is played, 0 to 3.
-#[cfg_attr(target_family = "wasm", unsafe(no_mangle))]
-pub extern "C" fn played_tier() -> usize {
-    with(|engine| engine.played_tier())
-}
-
 /// Where the pose is that a voice is to decode, or null.
 #[cfg_attr(target_family = "wasm", unsafe(no_mangle))]
 pub extern "C" fn asked(voice: usize) -> *const f32 {

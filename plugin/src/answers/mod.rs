@@ -4,4 +4,3 @@ pub mod response;
 pub mod reverberation;
 pub mod room_map;
 pub mod settled;
-pub mod tier_figures;

@@ -5,6 +5,7 @@ mod walks;
 mod worn;
 
 use self::scenes::Served;
+use crate::budget::Account;
 use crate::library::LoadError;
 use crate::listener::leader::Leader;
 use crate::parameter::Parameter;
@@ -53,6 +54,8 @@ pub enum Retired {
 /// One per instance. Every method but the queues' `pop` and `push` is for threads that may wait.
 pub struct Loader {
     params: Arc<PromenadeParams>,
+    /// Its share of the budget.
+    pub account: Arc<Account>,
     /// What it is asked for and what it reports.
     pub exchange: Arc<Exchange>,
     /// Bits of the host's sample rate, Hz; 0 before activation.
@@ -113,6 +116,7 @@ impl Loader {
             params,
             number: NEXT.fetch_add(1, Ordering::Relaxed),
             live_block: AtomicU32::new(0),
+            account: Arc::default(),
             exchange: Arc::default(),
             sample_rate_bits: AtomicU64::new(0),
             output: Mutex::default(),
@@ -197,12 +201,13 @@ impl Loader {
         *lock(&self.loaded) = Some(choices);
     }
 
-    /// The choices of files as they are now.
+    /// The choices of files as they are now, within the budget.
     ///
     /// # Real-time
     /// Audio thread; no allocation, lock or I/O.
     pub fn choices(&self) -> Choices {
-        self.exchange.choices(&self.params)
+        let choices = self.exchange.choices(&self.params);
+        Choices { accuracy: choices.accuracy.coarser(self.account.accuracy()), ..choices }
     }
 
     /// Whether everything that the parameters choose now has been loaded, or could not be.

@@ -1,5 +1,5 @@
 //! The cost of streaming an anchor cloud, whose time filters and convolution layers were trained on whole clips: distances
-//! between the tiers that its scene has and clips.
+//! between what its scene can be played as and clips.
 
 mod clips;
 mod distance;
@@ -13,7 +13,8 @@ use crate::error::BakeError;
 use clips::Clips;
 use cpu_time::ThreadTime;
 use promenade_core::decode::CloudDecoder;
-use promenade_core::{Pose, Scene, StftGrid};
+use promenade_core::published::ConvMode;
+use promenade_core::{AnchorCloud, Pose, Scene, SceneParts, StftGrid};
 use promenade_metrics::statistics::median;
 use promenade_player::{Player, Playing};
 use std::sync::Arc;
@@ -38,10 +39,10 @@ pub struct StreamResult {
 
 impl StreamResult {
     /// Of a player's distances and costs at all poses; the dry sound has none.
-    fn of(player: Option<&Player>, (distances, costs): (Vec<Distance>, Vec<f64>), grid: &StftGrid) -> Self {
-        let latency = player.map_or(0, Player::latency_samples);
+    fn of(stream: Option<&(&'static str, Player)>, (distances, costs): (Vec<Distance>, Vec<f64>), grid: &StftGrid) -> Self {
+        let latency = stream.map_or(0, |(_, player)| player.latency_samples());
         Self {
-            name: name(player),
+            name: name(stream),
             latency_s: latency as f64 / grid.sample_rate_hz,
             lookahead_hops: latency.saturating_sub(grid.n_fft) / grid.hop,
             distance: Distance::mean(&distances),
@@ -63,13 +64,13 @@ pub struct StreamReport {
     pub inner_s: f64,
     /// Processor seconds per second of sound of rendering clips, median over poses.
     pub clip_real_time: Option<f64>,
-    /// Processor seconds of decoding a pose for the tiers High and Reference, median.
+    /// Processor seconds of decoding a pose median.
     pub decode_s: Option<f64>,
     /// What was left out and why, and what was assumed.
     pub notes: Vec<String>,
 }
 
-/// Renders `dry`, a mono sound at the scene's own rate, in every tier of a scene with an anchor cloud, for a listener who
+/// Renders `dry`, a mono sound at the scene's own rate, by the table, the decoder and the published head of a scene with an anchor cloud, for a listener who
 /// stands still at each of `poses`. Compares that, and the dry sound at both ears, with the model's own clips. `progress` is
 /// given the share that is done, 0 to 1.
 ///
@@ -100,8 +101,8 @@ pub fn compare_streams(
     }
     // The dry sound comes first.
     let mut streams = vec![None];
-    for tier in scene.tiers() {
-        streams.push(Some(Player::new(scene, grid.sample_rate_hz, Some(Playing::Stream(tier)))?));
+    for played in ways(scene) {
+        streams.push(Some((played.0, Player::new(&played.1, grid.sample_rate_hz, Playing::Stream)?)));
     }
     report.decode_s = decode_s(scene, poses);
 
@@ -120,7 +121,7 @@ pub fn compare_streams(
         for (index, (stream, (distances, costs))) in streams.iter_mut().zip(&mut found).enumerate() {
             let ears = match stream {
                 None => [dry.to_vec(), dry.to_vec()],
-                Some(player) => {
+                Some((_, player)) => {
                     let ears = player.render(dry, &mut |_| *pose)?;
                     costs.push(player.processor_s() / seconds);
                     ears
@@ -142,9 +143,19 @@ pub fn compare_streams(
     Ok(report)
 }
 
-/// What a stream is called: its tier, or the source.
-fn name(player: Option<&Player>) -> String {
-    player.map_or("source", |player| player.playing().name()).to_owned()
+/// What a scene with an anchor cloud can be played as, each with its name.
+fn ways(scene: &Arc<Scene>) -> Vec<(&'static str, Arc<Scene>)> {
+    let with = |cloud: Option<AnchorCloud>| Scene::new(SceneParts { cloud, ..scene.parts().clone() }).ok().map(Arc::new);
+    let table = scene.field().and_then(|_| with(None));
+    let conv = |conv: ConvMode| with(scene.cloud().map(|cloud| AnchorCloud { conv, ..cloud.clone() }));
+    let published = scene.cloud().filter(|cloud| cloud.conv != ConvMode::Off).map(|_| Arc::clone(scene));
+    let all = [("table", table), ("decoded", conv(ConvMode::Off)), ("published", published)];
+    all.into_iter().filter_map(|(name, scene)| Some((name, scene?))).collect()
+}
+
+/// What a stream is called.
+fn name(stream: Option<&(&'static str, Player)>) -> String {
+    stream.map_or("source", |(name, _)| name).to_owned()
 }
 
 /// Median processor seconds of decoding a pose.

@@ -289,7 +289,6 @@ class PromenadeProcessor extends AudioWorkletProcessor {
         message.answers = this.answers;
         message.heard = this.current.heard();
         message.poseDelay = this.current.f.pose_delay() / sampleRate;
-        message.tier = this.current.f.played_tier();
       }
       this.port.postMessage(message);
       this.peaks = [0, 0];
