@@ -17,7 +17,7 @@ const RATE: f64 = 48_000.0;
 const BLOCKS: usize = 60;
 const WARM_UP: usize = 20;
 /// What is played, and instructions of its median and worst block in the tests' profile on x86-64.
-const LIMITS: [(&str, u64, u64); 4] =
+const LIMITS: [(&str, u64, u64); 3] =
     [("standard", 640_118, 930_871), ("images", 1_925_796, 2_861_735), ("further", 4_770_568, 6_975_367)];
 /// Further sources of the last of them, which is `standard` otherwise.
 const FURTHER: usize = 15;

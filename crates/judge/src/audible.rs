@@ -33,7 +33,9 @@ const CLEAREST_DB: f64 = 20.0;
 const FAINT_DB: f64 = 40.0;
 const MOST_DB: f64 = 20.0;
 /// The share of poses, or of moments on the way, that differ by no more than is said.
-const OF_POSES: f64 = 0.9;
+pub(crate) const MOST_POSES: f64 = 0.9;
+/// All of few poses: that nine of ten others differ by no more than the largest of 20 is 88 % certain (1 - 0.9^20).
+pub(crate) const ALL_POSES: f64 = 1.0;
 /// What the delay between the ears is heard by, and where the early part of a response ends, for coherence, seconds.
 const FIRST_S: f64 = 0.01;
 const EARLY_S: f64 = 0.08;
@@ -101,16 +103,16 @@ impl Heard {
         Ok(heard)
     }
 
-    /// How far it is from another of the same course: each measure's error over what is just noticed, at nine of ten poses.
+    /// How far it is from another of the same course: each measure's error over what is just noticed, at a share of the poses.
     #[must_use]
-    pub fn errors(&self, other: &Self) -> Vec<Audible> {
+    pub fn errors(&self, other: &Self, share: f64) -> Vec<Audible> {
         let mut errors = standing_errors(&self.standing, &other.standing);
         let moments = || self.moments.iter().zip(&other.moments);
         errors.push((Measure::MovingLevels, moments().map(|((a, _), (b, _))| mean_difference_db(a, b) / JND_DB).collect()));
         errors.push((Measure::MovingIld, moments().map(|((_, a), (_, b))| (a - b).abs() / JND_DB).collect()));
         let deeper = |(a, b): (&f64, &f64)| ((a * a - b * b).max(0.0) / (JND_MODULATION.powi(2) + JND_DEEPER * b * b)).sqrt();
         errors.push((Measure::Modulation, self.modulation.iter().zip(&other.modulation).map(deeper).collect()));
-        at_most_poses(errors)
+        within_at(errors, share)
     }
 }
 
@@ -126,7 +128,7 @@ pub fn errors_to_measurements(scene: &Arc<Scene>) -> Result<Vec<Audible>, JudgeE
         rendered.push(Standing { coherence: Vec::new(), ..Standing::of(&ears, rate, &[])? });
         measured.push(Standing { measures: Some(held.measured), levels_db: Vec::new(), first: 1.0, coherence: Vec::new() });
     }
-    Ok(at_most_poses(standing_errors(&rendered, &measured)))
+    Ok(within_at(standing_errors(&rendered, &measured), MOST_POSES))
 }
 
 /// The largest of some errors; none of none.
@@ -179,11 +181,11 @@ impl Player {
     }
 }
 
-/// By measure the error that all but a tenth of the poses stay below.
-fn at_most_poses(errors: Vec<(Measure, Vec<f64>)>) -> Vec<Audible> {
+/// By measure the error that a share of the poses stay within.
+fn within_at(errors: Vec<(Measure, Vec<f64>)>, share: f64) -> Vec<Audible> {
     let of_poses = |(measure, mut values): (Measure, Vec<f64>)| {
         values.sort_by(f64::total_cmp);
-        Some(Audible { jnds: quantile(&values, OF_POSES)? as f32, measure })
+        Some(Audible { jnds: quantile(&values, share)? as f32, measure })
     };
     errors.into_iter().filter_map(of_poses).collect()
 }

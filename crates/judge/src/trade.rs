@@ -1,6 +1,6 @@
 //! Accuracy against processor time: what less of a scene costs, and how far it is off.
 
-use crate::audible::Heard;
+use crate::audible::{ALL_POSES, Heard, MOST_POSES};
 use crate::error::JudgeError;
 use crate::poses::Course;
 use promenade_core::{Audible, FrontPoint, Measure, Scene, Setting};
@@ -53,7 +53,7 @@ pub fn elsewhere(scene: &Arc<Scene>, settings: &[Setting], poses: usize) -> Resu
     let full = Heard::of(scene, &course, &|| true)?;
     let one = |setting: &Setting| {
         let Some(scene) = scene.with_setting(*setting).map(Arc::new) else { return Ok(Vec::new()) };
-        Ok(Heard::of(&scene, &course, &|| true)?.errors(&full))
+        Ok(Heard::of(&scene, &course, &|| true)?.errors(&full, MOST_POSES))
     };
     each(settings, one).into_iter().collect()
 }
@@ -155,7 +155,7 @@ impl<'a> Search<'a> {
                 return Ok((f64::INFINITY, vec![Audible { jnds: f32::INFINITY, measure: Measure::Levels }]));
             };
             let heard = Heard::of(&scene, &self.course, self.wanted)?;
-            Ok((scene.operations(RATE_HZ), heard.errors(&self.full)))
+            Ok((scene.operations(RATE_HZ), heard.errors(&self.full, ALL_POSES)))
         };
         let found: Result<Vec<_>, JudgeError> = each(&new, one).into_iter().collect();
         self.measured.extend(new.into_iter().zip(found?));
