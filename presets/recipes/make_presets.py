@@ -100,9 +100,9 @@ PRESETS = {
         ["walk", "film"], "From one wing of a loft round the corner to the source in the other, with the host's transport.",
         walk("l-shaped-loft", (0.0, 10.5, 2.0), (6.0, 4.6, 2.4), (9.0, 2.6, 4.4), (13.0, 2.5, 6.4))),
     "Direct sound only, for head tracking on many tracks": (
-        ["walk"], "The cheapest tier, without the room: for a head tracker on many tracks at once.", {"tier": "draft"}),
+        ["walk"], "The direct sound without the room: for a head tracker on many tracks at once.", {"early": -60.0, "late": -60.0}),
 }
-KINDS = {"scene": "string", "follow": "string", "tier": "string"}
+KINDS = {"scene": "string", "follow": "string"}
 
 
 def about(name, uses, sentence):

@@ -289,16 +289,16 @@ mod tests {
     fn a_scene_is_as_itself_and_less_of_it_is_not() {
         let scene = room_with_images(8_000.0, 0.2, 0.05, 8);
         let course = Course::new(&scene, 3, 1, 1);
-        let heard = |scene: &Arc<Scene>| Heard::of(scene, Quality::default(), &course, &|| true).unwrap();
+        let heard = |scene: &Arc<Scene>| Heard::of(scene, &course, &|| true).unwrap();
         let less = |setting| Arc::new(scene.with_setting(setting).unwrap());
         let full = heard(&scene);
         let same: Vec<Audible> = Measure::ALL.iter().map(|measure| Audible { jnds: 0.0, measure: *measure }).collect();
-        assert_eq!(heard(&scene).errors(&full), same);
-        let one = heard(&less(Setting { images: 1, ..Setting::ALL })).errors(&full);
+        assert_eq!(heard(&scene).errors(&full, ALL_POSES), same);
+        let one = heard(&less(Setting { images: 1, ..Setting::ALL })).errors(&full, ALL_POSES);
         assert!(figure(&one, Measure::T20) > 1.0 && figure(&one, Measure::Levels) > 0.5, "{one:?}");
-        let slow = heard(&less(Setting { refresh: 4, ..Setting::ALL })).errors(&full);
+        let slow = heard(&less(Setting { refresh: 4, ..Setting::ALL })).errors(&full, ALL_POSES);
         assert!(figure(&slow, Measure::C50) < 0.02 && figure(&slow, Measure::MovingLevels) > 1e-3, "{slow:?}");
-        assert_eq!(Heard::of(&scene, Quality::default(), &course, &|| false).err(), Some(JudgeError::Unwanted));
+        assert_eq!(Heard::of(&scene, &course, &|| false).err(), Some(JudgeError::Unwanted));
     }
 
     #[test]
@@ -308,7 +308,7 @@ mod tests {
             [Standing { measures, levels_db: vec![level, level - 1.0, level - 90.0], first: 1.0, coherence: vec![coherence] }]
         };
         let changed = ResponseMeasures { itd_s: 6e-5, ild_db: 0.0, t20_s: None, edt_s: Some(0.44), c50_db: Some(11.0) };
-        let found = at_most_poses(standing_errors(&standing(Some(changed), -8.0, 0.35), &standing(Some(measures), -6.0, 0.5)));
+        let found = within_at(standing_errors(&standing(Some(changed), -8.0, 0.35), &standing(Some(measures), -6.0, 0.5)), MOST_POSES);
         let wanted = [
             (Measure::Itd, 2.0),
             (Measure::Ild, 3.0),
@@ -324,7 +324,7 @@ mod tests {
         }
         assert_eq!(largest(&found).measure, Measure::T20);
         // Silence has nothing to compare but its levels.
-        let silent = at_most_poses(standing_errors(&standing(None, -200.0, 1.0), &standing(Some(measures), -6.0, 1.0)));
+        let silent = within_at(standing_errors(&standing(None, -200.0, 1.0), &standing(Some(measures), -6.0, 1.0)), MOST_POSES);
         assert_eq!((silent.len(), figure(&silent, Measure::Levels)), (2, MOST_DB as f32));
     }
 

@@ -7,7 +7,7 @@ use promenade_core::decode::{CloudDecoder, InlineWorker};
 use promenade_core::glam::Vec3;
 use promenade_core::headphones::{HeadphoneStage, Headphones};
 use promenade_core::{
-    BlockParams, CameraPath, DecodeWorker, Decoded, Emitters, Head, Keyframe, MOST_VOICES, Playback, Pose, Renderer,
+    BlockParams, CameraPath, DecodeWorker, Decoded, Emitters, FrontPoint, Head, Keyframe, MOST_VOICES, Playback, Pose, Renderer,
     RendererConfig, Scene, Spatializer, Voice,
 };
 use std::sync::Arc;
@@ -16,7 +16,7 @@ use std::sync::Arc;
 pub(crate) const MOST_SAMPLES: usize = 1024;
 
 /// How a scene is prepared.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct LoadOptions {
     /// With a second emitter, for stereo sound whose channels come from two places.
     pub second_emitter: bool,
@@ -24,6 +24,9 @@ pub struct LoadOptions {
     pub inline: bool,
     /// Sounds beside the first that can be played in the same place, at most 32.
     pub further: usize,
+    /// The most that it may be off from all of the scene, in differences that are just noticed, where the scene carries its
+    /// front; 0 plays all of it.
+    pub within: f32,
 }
 
 /// A sound beside the first.
@@ -109,6 +112,10 @@ impl Engine {
         let mut scene = Scene::from_bytes(bytes).map_err(|e| e.to_string())?;
         if let Some(head) = &self.head {
             scene = scene.with_head(head).map_err(|e| e.to_string())?;
+        }
+        let point = FrontPoint::within(&scene.parts().front, options.within).filter(|_| options.within > 0.0).copied();
+        if let Some(kept) = point.and_then(|point| scene.with_setting(point.setting)) {
+            scene = kept;
         }
         let scene = Arc::new(scene);
         let first = if options.second_emitter { 2 } else { 1 };
