@@ -164,7 +164,7 @@ pub(crate) struct VoiceFilters {
     joined_at: Option<Trim>,
     /// Gains of the lowest bins after the taps, both ears.
     low_gains: Vec<f32>,
-    /// The newest input spectra, at least one more than there are taps.
+    /// The newest input spectra, at least one more than it has taps.
     input: Ring,
     /// Whether anything of its frames is heard, the gain of its direct sound, and the gains by band at which the shared part of
     /// the room hears it.
@@ -190,7 +190,8 @@ impl VoiceFilters {
             joined: vec![EarBlocks::default(); if apart > 0 { blocks } else { 0 }],
             joined_at: None,
             low_gains: vec![1.0; shape.tap_len()],
-            input: Ring::new(blocks, own + 1),
+            // What the shared taps hear comes after its own.
+            input: Ring::new(blocks, own + 1 + usize::from(own < shape.taps)),
             is_heard: false,
             direct_gain: 1.0,
             gains: vec![1.0; shape.bands],

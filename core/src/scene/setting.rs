@@ -118,7 +118,7 @@ pub struct Audible {
 pub struct FrontPoint {
     /// What is played.
     pub setting: Setting,
-    /// How far that is from all of the scene, at the worst of the poses that were tried.
+    /// How far that is from all of the scene, at most at nine of ten poses.
     pub error: Audible,
     /// Operations over those of all of the scene, 0 to 1, of a listener who moves.
     pub cost: f32,

@@ -33,9 +33,7 @@ const CLEAREST_DB: f64 = 20.0;
 const FAINT_DB: f64 = 40.0;
 const MOST_DB: f64 = 20.0;
 /// The share of poses, or of moments on the way, that differ by no more than is said.
-pub(crate) const MOST_POSES: f64 = 0.9;
-/// All of few poses: that nine of ten others differ by no more than the largest of 20 is 88 % certain (1 - 0.9^20).
-pub(crate) const ALL_POSES: f64 = 1.0;
+const OF_POSES: f64 = 0.9;
 /// What the delay between the ears is heard by, and where the early part of a response ends, for coherence, seconds.
 const FIRST_S: f64 = 0.01;
 const EARLY_S: f64 = 0.08;
@@ -103,16 +101,16 @@ impl Heard {
         Ok(heard)
     }
 
-    /// How far it is from another of the same course: each measure's error over what is just noticed, at a share of the poses.
+    /// How far it is from another of the same course: each measure's error over what is just noticed, at nine of ten poses.
     #[must_use]
-    pub fn errors(&self, other: &Self, share: f64) -> Vec<Audible> {
+    pub fn errors(&self, other: &Self) -> Vec<Audible> {
         let mut errors = standing_errors(&self.standing, &other.standing);
         let moments = || self.moments.iter().zip(&other.moments);
         errors.push((Measure::MovingLevels, moments().map(|((a, _), (b, _))| mean_difference_db(a, b) / JND_DB).collect()));
         errors.push((Measure::MovingIld, moments().map(|((_, a), (_, b))| (a - b).abs() / JND_DB).collect()));
         let deeper = |(a, b): (&f64, &f64)| ((a * a - b * b).max(0.0) / (JND_MODULATION.powi(2) + JND_DEEPER * b * b)).sqrt();
         errors.push((Measure::Modulation, self.modulation.iter().zip(&other.modulation).map(deeper).collect()));
-        within_at(errors, share)
+        at_most_poses(errors)
     }
 }
 
@@ -128,7 +126,7 @@ pub fn errors_to_measurements(scene: &Arc<Scene>) -> Result<Vec<Audible>, JudgeE
         rendered.push(Standing { coherence: Vec::new(), ..Standing::of(&ears, rate, &[])? });
         measured.push(Standing { measures: Some(held.measured), levels_db: Vec::new(), first: 1.0, coherence: Vec::new() });
     }
-    Ok(within_at(standing_errors(&rendered, &measured), MOST_POSES))
+    Ok(at_most_poses(standing_errors(&rendered, &measured)))
 }
 
 /// The largest of some errors; none of none.
@@ -181,11 +179,11 @@ impl Player {
     }
 }
 
-/// By measure the error that a share of the poses stay within.
-fn within_at(errors: Vec<(Measure, Vec<f64>)>, share: f64) -> Vec<Audible> {
+/// By measure the error that all but a tenth of the poses stay below.
+fn at_most_poses(errors: Vec<(Measure, Vec<f64>)>) -> Vec<Audible> {
     let of_poses = |(measure, mut values): (Measure, Vec<f64>)| {
         values.sort_by(f64::total_cmp);
-        Some(Audible { jnds: quantile(&values, share)? as f32, measure })
+        Some(Audible { jnds: quantile(&values, OF_POSES)? as f32, measure })
     };
     errors.into_iter().filter_map(of_poses).collect()
 }
@@ -293,10 +291,10 @@ mod tests {
         let less = |setting| Arc::new(scene.with_setting(setting).unwrap());
         let full = heard(&scene);
         let same: Vec<Audible> = Measure::ALL.iter().map(|measure| Audible { jnds: 0.0, measure: *measure }).collect();
-        assert_eq!(heard(&scene).errors(&full, ALL_POSES), same);
-        let one = heard(&less(Setting { images: 1, ..Setting::ALL })).errors(&full, ALL_POSES);
+        assert_eq!(heard(&scene).errors(&full), same);
+        let one = heard(&less(Setting { images: 1, ..Setting::ALL })).errors(&full);
         assert!(figure(&one, Measure::T20) > 1.0 && figure(&one, Measure::Levels) > 0.5, "{one:?}");
-        let slow = heard(&less(Setting { refresh: 4, ..Setting::ALL })).errors(&full, ALL_POSES);
+        let slow = heard(&less(Setting { refresh: 4, ..Setting::ALL })).errors(&full);
         assert!(figure(&slow, Measure::C50) < 0.02 && figure(&slow, Measure::MovingLevels) > 1e-3, "{slow:?}");
         assert_eq!(Heard::of(&scene, &course, &|| false).err(), Some(JudgeError::Unwanted));
     }
@@ -308,7 +306,7 @@ mod tests {
             [Standing { measures, levels_db: vec![level, level - 1.0, level - 90.0], first: 1.0, coherence: vec![coherence] }]
         };
         let changed = ResponseMeasures { itd_s: 6e-5, ild_db: 0.0, t20_s: None, edt_s: Some(0.44), c50_db: Some(11.0) };
-        let found = within_at(standing_errors(&standing(Some(changed), -8.0, 0.35), &standing(Some(measures), -6.0, 0.5)), MOST_POSES);
+        let found = at_most_poses(standing_errors(&standing(Some(changed), -8.0, 0.35), &standing(Some(measures), -6.0, 0.5)));
         let wanted = [
             (Measure::Itd, 2.0),
             (Measure::Ild, 3.0),
@@ -324,7 +322,7 @@ mod tests {
         }
         assert_eq!(largest(&found).measure, Measure::T20);
         // Silence has nothing to compare but its levels.
-        let silent = within_at(standing_errors(&standing(None, -200.0, 1.0), &standing(Some(measures), -6.0, 1.0)), MOST_POSES);
+        let silent = at_most_poses(standing_errors(&standing(None, -200.0, 1.0), &standing(Some(measures), -6.0, 1.0)));
         assert_eq!((silent.len(), figure(&silent, Measure::Levels)), (2, MOST_DB as f32));
     }
 

@@ -1,6 +1,6 @@
 //! Accuracy against processor time: what less of a scene costs, and how far it is off.
 
-use crate::audible::{ALL_POSES, Heard, MOST_POSES};
+use crate::audible::Heard;
 use crate::error::JudgeError;
 use crate::poses::Course;
 use promenade_core::{Audible, FrontPoint, Measure, Scene, Setting};
@@ -15,6 +15,10 @@ pub const STANDARD_JNDS: [f32; 4] = [0.25, 0.5, 1.0, 2.0];
 const POSES: usize = 20;
 const SEED: u64 = 1;
 const OTHER_WAYS: usize = 3;
+/// Other ways on which what was chosen is checked, their seed, and how often less is asked for where it errs more there.
+const CHECKED_WAYS: usize = 2;
+const CHECKED_SEED: u64 = 3;
+const TRIES: usize = 5;
 /// Rate at which operations are counted, Hz.
 const RATE_HZ: f64 = 48_000.0;
 /// Shares of the taps and of the images that are tried.
@@ -31,15 +35,25 @@ const LEAST_JNDS: f32 = 0.01;
 /// operations, so that a scene has one front on all machines.
 ///
 /// From all of the scene on, each step is the one that saves most for the error that it adds, by what each step does alone; how
-/// far one may go is measured with all steps together.
+/// far one may go is measured with all steps together. What is chosen is measured at as many other poses and on other ways, and
+/// has the larger of both errors; where that is too large, less is asked for.
 ///
 /// # Errors
 /// The result is no longer wanted, or what is heard cannot be compared.
 pub fn front(scene: &Arc<Scene>, within: f32, wanted: &(dyn Fn() -> bool + Sync)) -> Result<Vec<FrontPoint>, JudgeError> {
     let mut search = Search::new(scene, wanted)?;
     let path = search.path()?;
+    search.check(search.all())?;
     for limit in STANDARD_JNDS.into_iter().chain([within]) {
-        search.along(&path, limit)?;
+        let mut asked = limit;
+        for _ in 0..TRIES {
+            let setting = search.along(&path, asked)?;
+            let error = search.check(setting)?.jnds;
+            if error <= limit {
+                break;
+            }
+            asked *= (limit / error).min(0.9);
+        }
     }
     Ok(search.points())
 }
@@ -53,7 +67,7 @@ pub fn elsewhere(scene: &Arc<Scene>, settings: &[Setting], poses: usize) -> Resu
     let full = Heard::of(scene, &course, &|| true)?;
     let one = |setting: &Setting| {
         let Some(scene) = scene.with_setting(*setting).map(Arc::new) else { return Ok(Vec::new()) };
-        Ok(Heard::of(&scene, &course, &|| true)?.errors(&full, MOST_POSES))
+        Ok(Heard::of(&scene, &course, &|| true)?.errors(&full))
     };
     each(settings, one).into_iter().collect()
 }
@@ -95,6 +109,9 @@ struct Search<'a> {
     /// Values of each lever, all of it first.
     levers: Vec<Vec<Setting>>,
     measured: HashMap<Setting, (f64, Vec<Audible>)>,
+    /// Other poses and ways, all of the scene there, and the errors of what was checked.
+    elsewhere: (Course, Heard),
+    checked: HashMap<Setting, Audible>,
     wanted: &'a (dyn Fn() -> bool + Sync),
 }
 
@@ -105,6 +122,8 @@ impl<'a> Search<'a> {
     fn new(scene: &Arc<Scene>, wanted: &'a (dyn Fn() -> bool + Sync)) -> Result<Self, JudgeError> {
         let course = Course::new(scene, POSES, 1, SEED);
         let full = Heard::of(scene, &course, wanted)?;
+        let other = Course::new(scene, POSES, CHECKED_WAYS, CHECKED_SEED);
+        let elsewhere = (other.clone(), Heard::of(scene, &other, wanted)?);
         let all = Setting::ALL.of(scene);
         let orders = (0..=all.order).filter_map(|order| scene.with_setting(Setting { order, ..all }).map(Arc::new)).collect();
         let shares = |count: usize| SHARES.map(|share| ((share * count as f64).round() as usize).max(1));
@@ -127,7 +146,7 @@ impl<'a> Search<'a> {
             lever(if all.waves { vec![Setting { waves: false, ..all }] } else { vec![] }),
             lever(if live { decodes.to_vec() } else { vec![] }),
         ];
-        Ok(Self { orders, full, course, levers, measured: HashMap::new(), wanted })
+        Ok(Self { orders, full, course, levers, measured: HashMap::new(), elsewhere, checked: HashMap::new(), wanted })
     }
 
     fn all(&self) -> Setting {
@@ -150,16 +169,33 @@ impl<'a> Search<'a> {
     fn measure(&mut self, settings: &[Setting]) -> Result<(), JudgeError> {
         let new: Vec<Setting> = settings.iter().copied().filter(|setting| !self.measured.contains_key(setting)).collect();
         let one = |setting: &Setting| -> Result<_, JudgeError> {
-            let Some(scene) = self.orders[setting.order.min(self.orders.len() - 1)].with_setting(*setting).map(Arc::new) else {
+            let Some(scene) = self.scene(*setting) else {
                 // What does not fit together is no setting.
                 return Ok((f64::INFINITY, vec![Audible { jnds: f32::INFINITY, measure: Measure::Levels }]));
             };
             let heard = Heard::of(&scene, &self.course, self.wanted)?;
-            Ok((scene.operations(RATE_HZ), heard.errors(&self.full, ALL_POSES)))
+            Ok((scene.operations(RATE_HZ), heard.errors(&self.full)))
         };
         let found: Result<Vec<_>, JudgeError> = each(&new, one).into_iter().collect();
         self.measured.extend(new.into_iter().zip(found?));
         Ok(())
+    }
+
+    fn scene(&self, setting: Setting) -> Option<Arc<Scene>> {
+        self.orders[setting.order.min(self.orders.len() - 1)].with_setting(setting).map(Arc::new)
+    }
+
+    /// The error of a setting that was measured, elsewhere too.
+    fn check(&mut self, setting: Setting) -> Result<Audible, JudgeError> {
+        if let Some(error) = self.checked.get(&setting) {
+            return Ok(*error);
+        }
+        let mut errors = vec![self.found(setting).1];
+        if let Some(scene) = self.scene(setting) {
+            let (course, full) = &self.elsewhere;
+            errors.extend(Heard::of(&scene, course, self.wanted)?.errors(full));
+        }
+        Ok(*self.checked.entry(setting).or_insert(largest(&errors)))
     }
 
     /// Cost and error of what was measured.
@@ -237,7 +273,7 @@ impl<'a> Search<'a> {
     }
 
     /// Goes as far along a path as an error allows, and from there by single steps and exchanges as far as that is possible.
-    fn along(&mut self, path: &[Steps], limit: f32) -> Result<(), JudgeError> {
+    fn along(&mut self, path: &[Steps], limit: f32) -> Result<Setting, JudgeError> {
         let (mut low, mut high) = (0, path.len());
         while high - low > 1 {
             // Both thirds at once, for two processors.
@@ -268,19 +304,20 @@ impl<'a> Search<'a> {
                     continue 'further;
                 }
             }
-            return Ok(());
+            return Ok(self.setting(&here));
         }
     }
 
-    /// What was measured and is neither dearer nor worse than something else, the dearest first.
+    /// What was checked and is neither dearer nor worse than something else, the dearest first.
     fn points(&self) -> Vec<FrontPoint> {
         let all = self.found(self.all()).0;
         let mut points: Vec<FrontPoint> = self
-            .measured
-            .keys()
-            .map(|setting| {
-                let (cost, error) = self.found(*setting);
-                FrontPoint { setting: *setting, error, cost: (cost / all) as f32 }
+            .checked
+            .iter()
+            .map(|(setting, error)| FrontPoint {
+                setting: *setting,
+                error: *error,
+                cost: (self.found(*setting).0 / all) as f32,
             })
             .collect();
         points.sort_by(|a, b| b.cost.total_cmp(&a.cost).then(b.error.jnds.total_cmp(&a.error.jnds)));

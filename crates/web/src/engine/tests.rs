@@ -107,7 +107,7 @@ fn settings_reach_the_stream() {
     let input = noise(3, 8_000);
     let plain = play(&mut engine(&scene, options), &input, |_| ());
     for (setting, value) in
-        [(0, 0.0), (1, 0.5), (2, 0.3), (3, 1.0), (4, 1.0), (5, 0.1), (6, 0.1), (8, 0.5), (10, 0.0), (11, 500.0)]
+        [(1, 0.5), (2, 0.3), (3, 1.0), (4, 1.0), (5, 0.1), (6, 0.1), (8, 0.5), (10, 0.0), (11, 500.0)]
     {
         let mut engine = engine(&scene, options);
         engine.set(setting, value);
