@@ -1,24 +1,9 @@
 //! A decoder whose poses take longer than a hop: it asks a worker now and then and cross-fades the answers.
 
-use crate::decode::{Change, Decoder};
+use crate::decode::{Change, Decoder, LiveParams};
 use crate::number;
 use crate::published::StreamTaps;
 use crate::{Pose, Scene, TransferFunction};
-
-/// How often poses are decoded while the listener moves.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct LiveParams {
-    /// Decodes a second, above 0; answers are cross-faded over the time from one to the next.
-    pub rate_hz: f32,
-    /// Wait for every decode, as offline: the sound does not depend on the machine then.
-    pub wait: bool,
-}
-
-impl Default for LiveParams {
-    fn default() -> Self {
-        Self { rate_hz: 40.0, wait: false }
-    }
-}
 
 /// What a live decoder makes of one pose.
 ///

@@ -1,14 +1,13 @@
 //! How late the sound is, and how near to all of the scene: what that costs.
 
 use super::widgets::{heading, note};
-use super::{controls::choice, ctx::Ctx, theme::Palette, words::Word};
+use super::{controls::choice, ctx::Ctx, words::Word};
 use crate::library::front;
 use crate::parameter::Parameter;
 use crate::parameter::choices::{AccuracyChoice, LatencyChoice};
-use egui::{Align2, Sense, Ui, Vec2};
+use egui::Ui;
 use nice_plug::prelude::Enum;
-use promenade_core::{FrontPoint, Latency, Scene};
-use std::sync::Arc;
+use promenade_core::{FrontPoint, Latency};
 
 /// Shows both choices, and what the accuracy costs.
 pub(super) fn show(ui: &mut Ui, ctx: &mut Ctx<'_>) {
@@ -34,52 +33,11 @@ fn in_words(choice: AccuracyChoice, awaited: bool, front: &[FrontPoint]) -> Stri
         return "Finding what the scene can do without: all of it until then".to_owned();
     }
     match FrontPoint::within(front, jnds) {
-        Some(point) => format!("{}, {} of the cost", error_text(point), cost_text(point)),
+        Some(FrontPoint { error, cost, .. }) => {
+            format!("{:.2} JND by {}, {:.0} % of the cost", error.jnds, error.measure.name(), 100.0 * cost)
+        }
         None => "This scene has no less".to_owned(),
     }
-}
-
-/// Height of a line, and room for its parts from the right, points.
-const LINE: f32 = 14.0;
-const COLUMNS: [f32; 3] = [150.0, 46.0, 0.0];
-
-/// What each accuracy of a scene costs, and by which measure it is off.
-pub(super) fn figures(ui: &mut Ui, ctx: &Ctx<'_>, scene: &Arc<Scene>) {
-    let palette = ctx.palette;
-    let Some(front) = front::known(scene) else {
-        return note(ui, palette, "What less of the scene costs is found once an accuracy is chosen.");
-    };
-    let chosen = ctx.instance.loader.choices().accuracy;
-    let head = [Word::Costs.label(), "off by", "cost"].map(str::to_owned);
-    let line = |index: usize| {
-        let choice = AccuracyChoice::from_index(index);
-        let point = FrontPoint::within(&front, choice.jnds().unwrap_or(0.0))?;
-        let colour = if choice == chosen { palette.text } else { palette.soft };
-        Some(([AccuracyChoice::variants()[index].to_owned(), error_text(point), cost_text(point)], colour))
-    };
-    let lines = (0..AccuracyChoice::variants().len()).filter_map(line);
-    for (cells, colour) in [(head, palette.soft)].into_iter().chain(lines) {
-        let (rect, response) = ui.allocate_exact_size(Vec2::new(ui.available_width(), LINE), Sense::hover());
-        for (n, (text, from_right)) in cells.iter().zip(COLUMNS).enumerate() {
-            let at = if n == 0 {
-                (rect.left_center(), Align2::LEFT_CENTER)
-            } else {
-                (rect.right_center() - Vec2::new(from_right, 0.0), Align2::RIGHT_CENTER)
-            };
-            ui.painter().text(at.0, at.1, text, Palette::caption(), colour);
-        }
-        response.on_hover_text(Word::Costs.help());
-    }
-}
-
-/// A share of the cost of all of a scene.
-fn cost_text(point: &FrontPoint) -> String {
-    format!("{:.0} %", 100.0 * point.cost)
-}
-
-/// An error and the measure that is nearest to its limit.
-fn error_text(point: &FrontPoint) -> String {
-    format!("{:.2} JND by {}", point.error.jnds, point.error.measure.name())
 }
 
 #[cfg(test)]

@@ -1,11 +1,11 @@
-//! What each accuracy costs and how far it is off, how often poses are decoded, and the budget of all instances.
+//! Latency, accuracy and what it costs, how often poses are decoded, and the budget of all instances.
 
-use super::widgets::{columns, dimmed, fact, note};
-use super::{accuracy::figures, budget, controls::slider, ctx::Ctx, panel::Panel, words::Word};
+use super::widgets::{columns, dimmed, fact};
+use super::{accuracy, budget, controls::slider, ctx::Ctx, panel::Panel, words::Word};
 use crate::parameter::Parameter;
 use egui::{ScrollArea, Ui};
 
-/// Cost and error.
+/// Latency, accuracy, budget.
 pub(super) struct QualityPanel;
 
 impl Panel for QualityPanel {
@@ -15,10 +15,7 @@ impl Panel for QualityPanel {
 
     fn show(&mut self, ui: &mut Ui, ctx: &mut Ctx<'_>) {
         columns(ui, [216.0, 232.0, 232.0], |ui, column| match column {
-            0 => match ctx.scene {
-                Some(scene) => figures(ui, ctx, scene),
-                None => note(ui, ctx.palette, "No scene is played."),
-            },
+            0 => accuracy::show(ui, ctx),
             1 => {
                 fact(ui, ctx.palette, Word::Processor, &format!("{:.1} %", ctx.frame.load * 100.0));
                 let decodes = ctx.scene.is_some_and(|scene| scene.cloud().is_some());

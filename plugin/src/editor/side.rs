@@ -1,10 +1,10 @@
-//! The panel on the right: pose, sources, accuracy, output.
+//! The panel on the right: pose, sources, output.
 
 use super::controls::{follow_path, list, number, slider};
 use super::path_panel::{read, take};
 use super::theme::{CONTROL, Palette, SPACE};
 use super::widgets::{button, drop_down, heading, labelled, note, segments, title};
-use super::{accuracy, loudness, pose_source};
+use super::{loudness, pose_source};
 use super::{ctx::Ctx, direction::seen_from, meter::Meters, source_path::SourcePath, view::reset, words::Word};
 use crate::parameter::choices::{Choice, Variants};
 use crate::parameter::source_knob::{Part, SourceKnob};
@@ -33,7 +33,6 @@ pub(super) fn right(ui: &mut Ui, ctx: &mut Ctx<'_>, path: &mut SourcePath, meter
             pose(ui, ctx);
             movement(ui, ctx);
             source(ui, ctx, path);
-            accuracy::show(ui, ctx);
         });
         ui.add_space(SPACE);
         ui.spacing_mut().item_spacing.y = SPACE;

@@ -82,9 +82,6 @@ table! {
         /// Right.
         Quality = ("Quality", "How near to all of the scene it stays, what that takes, and the budget of all instances"),
         /// Right.
-        Costs = ("Accuracy", "What each accuracy takes of the cost of all of the scene while the listener walks, and the \
-            largest of its errors, in differences that are just noticed (JND)"),
-        /// Right.
         Budget = ("Budget", "The most that all instances may take together, as a share of one core: what is heard \
             least is played less accurately or not at all; bounces ignore it. 0 is no limit"),
         /// Right.

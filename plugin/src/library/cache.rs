@@ -80,7 +80,7 @@ pub fn heard_with(scene: &Scene, hash: &str, head: &Head) -> Result<Arc<Scene>, 
 /// Scenes of settings.
 static NEAR: Shared<(OfScene, Setting), Scene> = Shared::new();
 
-/// The scene that holds what a setting plays of one, shared with every instance that plays the same; `None` where there is none.
+/// The scene that holds what a setting plays of one, shared with every instance that plays the same; `None` where it has none.
 pub fn with_setting(scene: &Arc<Scene>, setting: Setting) -> Option<Arc<Scene>> {
     NEAR.of((scene.into(), setting), || scene.with_setting(setting).ok_or(())).ok()
 }

@@ -70,9 +70,9 @@ pub struct StreamReport {
     pub notes: Vec<String>,
 }
 
-/// Renders `dry`, a mono sound at the scene's own rate, by the table, the decoder and the published head of a scene with an anchor cloud, for a listener who
-/// stands still at each of `poses`. Compares that, and the dry sound at both ears, with the model's own clips. `progress` is
-/// given the share that is done, 0 to 1.
+/// Renders `dry`, a mono sound at the scene's own rate, by the table, the decoder and the published head of a scene with an
+/// anchor cloud, for a listener who stands still at each of `poses`. Compares that, and the dry sound at both ears, with the
+/// model's own clips. `progress` is given the share that is done, 0 to 1.
 ///
 /// Clips begin where frames of the streams do, and follow each other so that their inner parts cover the sound.
 ///

@@ -56,7 +56,7 @@ pub(super) const EXAMPLES: [(&str, [&str; 2]); 35] = [
         ],
     ),
     ("inspect", ["inspect hall.promenade", "inspect hall.promenade --cost --json"]),
-    ("measure", ["measure hall.promenade --trade --plot hall.svg", "measure --response measured.wav --reference rendered.wav"]),
+    ("measure", ["measure hall.promenade --trade", "measure --response measured.wav --reference rendered.wav"]),
     (
         "map",
         [

@@ -2,9 +2,8 @@
 
 use super::{HOST_BLOCK, HOST_RATE_HZ};
 use crate::args::MeasureArgs;
-use crate::{plot, report};
-use anyhow::{Context, Result, bail};
-use promenade_baker::atomic;
+use crate::report;
+use anyhow::{Context, Result};
 use promenade_baker::cost::real_times;
 use promenade_baker::trade::{elsewhere, errors_to_measurements, front, largest};
 use promenade_core::{Audible, FrontPoint, Scene, Setting};
@@ -26,22 +25,6 @@ pub(super) fn run(of: &Arc<Scene>, path: &Path, args: &MeasureArgs) -> Result<()
     let points = front(of, args.within, &|| true).with_context(|| path.display().to_string())?;
     let chosen = FrontPoint::within(&points, args.within).copied();
     let rows = rows(of, &points, args)?;
-    if let Some(file) = &args.plot {
-        let title = if of.title().is_empty() { report::file_name(path) } else { of.title().to_owned() };
-        let named: Vec<String> = points.iter().map(|point| words(point.setting, of)).collect();
-        let shown: Vec<plot::Point> = points
-            .iter()
-            .zip(&named)
-            .map(|(p, name)| plot::Point { name, x: 100.0 * f64::from(p.cost), y: p.error.jnds.into(), stands_out: true })
-            .collect();
-        let axes = ["operations, % of all of the scene", "error, JND"];
-        let bytes = match file.extension().and_then(|e| e.to_str()) {
-            Some("svg") => plot::points_svg(&title, axes, &shown)?.into_bytes(),
-            Some("png") => plot::points_png(&title, axes, &shown)?,
-            _ => bail!("{}: expected a name that ends with .svg or .png", file.display()),
-        };
-        atomic::write(file, &bytes)?;
-    }
     let text = |markdown| table(&rows, of, markdown) + "\n" + &sentence(chosen.as_ref(), of, path, args) + "\n";
     report::tables(&args.files(), &as_json(&rows, of, chosen.as_ref(), path, args), text)
 }
