@@ -109,9 +109,9 @@ PRESETS = {
         {"loft": True, "follow": "transport", "source path": still(
             (0.0, 0.6, 1.8), (4.0, 1.4, 0.0), (8.0, 0.2, -1.9), (12.0, -3.4, -1.6), (18.0, -3.8, -7.0), (24.0, -3.4, -1.0), (28.0, 0.6, 1.8))}),
     "Direct sound only, for head tracking on many tracks": (
-        ["walk"], "The cheapest tier, without the room: for a head tracker on many tracks at once.", {"tier": "draft"}),
+        ["walk"], "The direct sound without the room: for a head tracker on many tracks at once.", {"early": -60.0, "late": -60.0}),
 }
-KINDS = {"scene": "string", "follow": "string", "tier": "string"}
+KINDS = {"scene": "string", "follow": "string"}
 
 
 def about(name, uses, sentence):

@@ -99,6 +99,7 @@ def main():
     run("anchors", "--box", size, "-n", 64, "--seed", args.seed, "-o", out / "anchors.safetensors")
     run("train", out / "capture", "--anchors", out / "anchors.safetensors", "--settings", out / "settings.json", "--steps", args.steps,
         "--seed", args.training_seed, "--title", "Box, a simulated room", "-o", out / "box.promenade")
+    run("bake", "less", out / "box.promenade", "-o", out / "box.promenade")
 
 
 if __name__ == "__main__":

@@ -7,7 +7,7 @@ use promenade_core::published::Projection;
 use promenade_paths::Origin;
 use promenade_player::command::values;
 
-pub(super) use values::{point as parse_point, pose as parse_pose, tier as parse_tier};
+pub(super) use values::{point as parse_point, pose as parse_pose};
 
 pub(super) fn parse_bounds(text: &str) -> Result<(Vec3, Vec3), String> {
     let [a, b, c, d, e, f] = values::numbers(text, "x,y,z of the lower and of the upper corner")?;

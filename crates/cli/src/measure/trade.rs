@@ -5,7 +5,7 @@ use crate::args::MeasureArgs;
 use crate::report;
 use anyhow::{Context, Result};
 use promenade_baker::cost::real_times;
-use promenade_baker::trade::{elsewhere, errors_to_measurements, front, largest, usual, within};
+use promenade_baker::trade::{elsewhere, errors_to_measurements, front, largest};
 use promenade_core::{Audible, FrontPoint, Scene, Setting};
 use serde_json::{Value, json};
 use std::path::Path;
@@ -23,7 +23,7 @@ struct Row {
 
 pub(super) fn run(of: &Arc<Scene>, path: &Path, args: &MeasureArgs) -> Result<()> {
     let points = front(of, args.within, &|| true).with_context(|| path.display().to_string())?;
-    let chosen = within(&points, args.within).copied();
+    let chosen = FrontPoint::within(&points, args.within).copied();
     let rows = rows(of, &points, args)?;
     let text = |markdown| table(&rows, of, markdown) + "\n" + &sentence(chosen.as_ref(), of, args.within) + "\n";
     report::tables(&args.json, &args.markdown, &as_json(&rows, of, chosen.as_ref(), args.within), text)
@@ -31,8 +31,7 @@ pub(super) fn run(of: &Arc<Scene>, path: &Path, args: &MeasureArgs) -> Result<()
 
 fn rows(of: &Arc<Scene>, points: &[FrontPoint], args: &MeasureArgs) -> Result<Vec<Row>> {
     let scenes: Vec<Arc<Scene>> = points.iter().filter_map(|p| of.with_setting(p.setting).map(Arc::new)).collect();
-    let played: Vec<_> = scenes.iter().map(|scene| (Arc::clone(scene), usual(scene))).collect();
-    let times = real_times(&played, HOST_RATE_HZ, HOST_BLOCK);
+    let times = real_times(&scenes, HOST_RATE_HZ, HOST_BLOCK);
     let settings: Vec<Setting> = points.iter().map(|p| p.setting).collect();
     let elsewhere = args.poses.map(|count| elsewhere(of, &settings, count as usize)).transpose()?.unwrap_or_default();
     let some = |errors: &[Audible]| (!errors.is_empty()).then(|| largest(errors));
@@ -42,7 +41,7 @@ fn rows(of: &Arc<Scene>, points: &[FrontPoint], args: &MeasureArgs) -> Result<Ve
             point: *point,
             real_time: real_time.unwrap_or(f64::NAN),
             memory_bytes: scene.memory_bytes(),
-            to_measured: some(&errors_to_measurements(scene, usual(scene))?),
+            to_measured: some(&errors_to_measurements(scene)?),
             elsewhere: elsewhere.get(n).and_then(|errors| some(errors)),
         })
     });
@@ -59,7 +58,8 @@ pub(crate) fn words(setting: Setting, of: &Scene) -> String {
     less(its.order < all.order, format!("order {}", its.order));
     less(its.refresh > all.refresh, format!("refreshed {} times as slowly", its.refresh));
     less(its.waves != all.waves, "no waves".to_owned());
-    less(its.decodes < all.decodes, format!("{} decodes/s", its.decodes));
+    let decodes = if its.decodes == 0 { "a table".to_owned() } else { format!("{} decodes/s", its.decodes) };
+    less(its.decodes < all.decodes, decodes);
     if parts.is_empty() { "all".to_owned() } else { parts.join(", ") }
 }
 
