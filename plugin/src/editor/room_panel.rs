@@ -1,8 +1,8 @@
 //! A room to draw: three lengths, six materials, and how it then reverberates.
 
+use super::t20::{T20Part, late_t60_s};
 use super::theme::{CONTROL, SPACE};
 use super::widgets::{button, columns, drop_down, fact, field, fits, note, outcome, row};
-use super::t20::{T20Part, late_t60_s};
 use super::{ctx::Ctx, panel::Panel, words::Word};
 use crate::library::{self, drawn_room::DrawnRoom};
 use egui::{DragValue, Ui, Vec2};
