@@ -3,7 +3,6 @@
 mod evaluate;
 mod fitter;
 mod patches;
-mod pictures;
 mod room;
 mod scene;
 mod write;

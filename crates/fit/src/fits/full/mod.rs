@@ -4,7 +4,6 @@
 //! scattered sound, tied to the late part through rays. Places and walls move first, from coarse to fine frequencies; then
 //! surfaces and source.
 
-mod appearance_prior;
 mod descent;
 mod errors;
 mod field;
