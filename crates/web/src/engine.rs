@@ -7,8 +7,8 @@ use promenade_core::decode::{CloudDecoder, InlineWorker};
 use promenade_core::glam::Vec3;
 use promenade_core::headphones::{HeadphoneStage, Headphones};
 use promenade_core::{
-    BlockParams, CameraPath, DecodeWorker, Decoded, Emitters, FrontPoint, Head, Keyframe, MOST_VOICES, Playback, Pose, Renderer,
-    RendererConfig, Scene, Spatializer, Voice,
+    BlockParams, CameraPath, DecodeWorker, Decoded, Emitters, FrontPoint, Head, Keyframe, MOST_VOICES, Playback, Pose,
+    Renderer, RendererConfig, Scene, Spatializer, Voice,
 };
 use std::sync::Arc;
 

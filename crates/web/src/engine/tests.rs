@@ -1,8 +1,8 @@
 //! The engine against core.
 
 use super::*;
-use promenade_testing::noise;
 use promenade_core::{Audible, Measure, Setting};
+use promenade_testing::noise;
 use promenade_testing::scenes::{render, room, room_with_cloud, room_with_images, spatializer};
 use promenade_testing::signal::{difference_db, first_difference};
 
@@ -106,9 +106,7 @@ fn settings_reach_the_stream() {
     let options = LoadOptions { second_emitter: true, ..LoadOptions::default() };
     let input = noise(3, 8_000);
     let plain = play(&mut engine(&scene, options), &input, |_| ());
-    for (setting, value) in
-        [(1, 0.5), (2, 0.3), (3, 1.0), (4, 1.0), (5, 0.1), (6, 0.1), (8, 0.5), (10, 0.0), (11, 500.0)]
-    {
+    for (setting, value) in [(1, 0.5), (2, 0.3), (3, 1.0), (4, 1.0), (5, 0.1), (6, 0.1), (8, 0.5), (10, 0.0), (11, 500.0)] {
         let mut engine = engine(&scene, options);
         engine.set(setting, value);
         assert!(difference_db(&play(&mut engine, &input, |_| ()), &plain) > -60.0, "setting {setting}");
