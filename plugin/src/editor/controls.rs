@@ -3,10 +3,9 @@
 use super::theme::{CONTROL, ROUND, SPACE};
 use super::widgets::{drop_down, focus_ring, labelled, segments, switch};
 use super::{ctx::Ctx, host::default_value, host_menu, words::Word};
-use crate::parameter::{Parameter, cast::narrow, choices::Follow, text};
+use crate::parameter::{Parameter, cast::narrow, text};
 use crate::project::params::PromenadeParams;
 use egui::{CornerRadius, DragValue, Key, Rect, Response, Sense, Ui, Vec2, WidgetInfo};
-use nice_plug::prelude::Enum;
 
 /// How a parameter's number is shown: what it is multiplied by, its unit, digits after the point, value per point of a drag.
 struct Notation {
@@ -149,14 +148,6 @@ pub fn list(ui: &mut Ui, ctx: &mut Ctx<'_>, parameter: Parameter) {
     let shown = variants.names.get(chosen).copied().unwrap_or_default();
     if let Some(index) = drop_down(ui, parameter.id(), shown, variants.names, chosen, |index| variants.help[index]) {
         ctx.set(parameter, index as f32);
-    }
-}
-
-/// How the camera path is followed, and the position along it.
-pub fn follow_path(ui: &mut Ui, ctx: &mut Ctx<'_>) {
-    choice(ui, ctx, Parameter::Follow, |_| None);
-    if Follow::from_index(ctx.index(Parameter::Follow)) == Follow::Position {
-        slider(ui, ctx, Parameter::Path);
     }
 }
 

@@ -2,13 +2,12 @@
 
 use super::t20::{T20Part, late_t60_s};
 use super::theme::{CONTROL, SPACE};
-use super::widgets::{button, columns, drop_down, fact, field, fits, note, outcome, row};
+use super::widgets::{button, columns, drop_down, fact, field, note, outcome, row};
 use super::{ctx::Ctx, panel::Panel, words::Word};
 use crate::library::{self, drawn_room::DrawnRoom};
 use egui::{DragValue, Ui, Vec2};
 use promenade_fault::with_causes;
 use promenade_room::SIZES_M;
-use std::ops::Range;
 
 /// Width of a row's name, points.
 const NAME: f32 = 52.0;
@@ -16,10 +15,8 @@ const NAME: f32 = 52.0;
 const LENGTHS: [Word; 3] = [Word::Length, Word::Width, Word::Height];
 /// Walls in the order of [`DrawnRoom::materials`].
 const WALLS: [Word; 6] = [Word::BackWall, Word::FrontWall, Word::RightWall, Word::LeftWall, Word::Floor, Word::Ceiling];
-/// Least widths of the columns: lengths, materials twice, times, figures; and where that does not fit, materials once.
-/// Points.
-const WIDE: [f32; 5] = [112.0, 168.0, 168.0, 176.0, 128.0];
-const NARROW: [f32; 4] = [112.0, 180.0, 176.0, 128.0];
+/// Least widths of the columns: lengths, materials, times, figures; points.
+const WIDTHS: [f32; 4] = [112.0, 180.0, 176.0, 128.0];
 
 /// Draws a room and saves it.
 #[derive(Default)]
@@ -28,15 +25,6 @@ pub(super) struct RoomPanel {
     t20: T20Part,
     /// What was done last, or what went wrong.
     outcome: Option<Result<String, String>>,
-}
-
-/// A part of the panel.
-#[derive(Clone)]
-enum Part {
-    Lengths,
-    Walls(Range<usize>),
-    Times,
-    Figures,
 }
 
 impl Panel for RoomPanel {
@@ -52,31 +40,16 @@ impl Panel for RoomPanel {
             }
             return;
         };
-        let mut show = |ui: &mut Ui, part: Part| {
+        columns(ui, WIDTHS, |ui, column| {
             // Six lines fit into the lowest drawer.
-            ui.spacing_mut().item_spacing.y =
-                if matches!(&part, Part::Times) || matches!(&part, Part::Walls(walls) if walls.len() > 3) {
-                    1.0
-                } else {
-                    SPACE
-                };
-            match part {
-                Part::Lengths => lengths(ui, ctx, &room),
-                Part::Walls(walls) => walls.for_each(|wall| material(ui, ctx, &room, wall)),
-                Part::Times => self.t20.show(ui, ctx, &room),
-                Part::Figures => self.save(ui, ctx),
+            ui.spacing_mut().item_spacing.y = if matches!(column, 1 | 2) { 1.0 } else { SPACE };
+            match column {
+                0 => lengths(ui, ctx, &room),
+                1 => (0..WALLS.len()).for_each(|wall| material(ui, ctx, &room, wall)),
+                2 => self.t20.show(ui, ctx, &room),
+                _ => self.save(ui, ctx),
             }
-        };
-        if fits(ui.available_width(), WIDE) {
-            columns(ui, WIDE, |ui, column| {
-                let parts = [Part::Lengths, Part::Walls(0..3), Part::Walls(3..6), Part::Times, Part::Figures];
-                show(ui, parts[column].clone());
-            });
-        } else {
-            columns(ui, NARROW, |ui, column| {
-                show(ui, [Part::Lengths, Part::Walls(0..6), Part::Times, Part::Figures][column].clone());
-            });
-        }
+        });
     }
 }
 

@@ -1,16 +1,17 @@
 //! The panel on the right: pose, sources, output.
 
-use super::controls::{follow_path, list, number, slider};
+use super::controls::{choice, list, number, slider};
 use super::path_panel::{read, take};
 use super::theme::{CONTROL, Palette, SPACE};
 use super::widgets::{button, drop_down, heading, labelled, note, segments, title};
 use super::{ctx::Ctx, direction::seen_from, meter::Meters, source_path::SourcePath, view::reset, words::Word};
 use super::{loudness, pose_source};
-use crate::parameter::choices::{Choice, Variants};
+use crate::parameter::choices::{Choice, Follow, Variants};
 use crate::parameter::source_knob::{Part, SourceKnob};
 use crate::parameter::{Parameter, row::SlotKind};
 use crate::project::scene_frame::from_polar;
 use egui::{Align, Align2, DragValue, Frame, Layout, Margin, Rect, ScrollArea, Sense, Ui, UiBuilder, Vec2};
+use nice_plug::prelude::Enum;
 use promenade_core::Pose;
 use std::path::PathBuf;
 
@@ -121,7 +122,10 @@ fn direction(ui: &mut Ui, ctx: &mut Ctx<'_>, source: usize) {
 
 fn movement(ui: &mut Ui, ctx: &mut Ctx<'_>) {
     heading(ui, ctx.palette, Word::Movement);
-    follow_path(ui, ctx);
+    choice(ui, ctx, Parameter::Follow, |_| None);
+    if Follow::from_index(ctx.index(Parameter::Follow)) == Follow::Position {
+        slider(ui, ctx, Parameter::Path);
+    }
     labelled(ui, ctx.palette, Word::Of(Parameter::Walk), |ui| paths(ui, ctx));
     labelled(ui, ctx.palette, Word::Of(Parameter::Tracking), |ui| list(ui, ctx, Parameter::Tracking));
 }

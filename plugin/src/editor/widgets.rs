@@ -54,24 +54,11 @@ pub fn row<R>(ui: &mut Ui, palette: &Palette, word: Word, width: f32, add: impl 
     .inner
 }
 
-/// Space between two columns, points.
-const GAP: f32 = 4.0 * SPACE;
-
-/// Width of columns with the space between them.
-fn needed<const N: usize>(least: [f32; N]) -> f32 {
-    least.iter().sum::<f32>() + GAP * N.saturating_sub(1) as f32
-}
-
-/// Whether columns of these least widths need no scrolling.
-pub fn fits<const N: usize>(width: f32, least: [f32; N]) -> bool {
-    needed(least) <= width
-}
-
 /// Columns side by side in what is left of the window, each at least as wide as in `least`, points; where there is less room,
 /// they are scrolled.
 pub fn columns<const N: usize>(ui: &mut Ui, least: [f32; N], mut add: impl FnMut(&mut Ui, usize)) {
-    let gap = GAP;
-    let needed = needed(least);
+    let gap = 4.0 * SPACE;
+    let needed = least.iter().sum::<f32>() + gap * N.saturating_sub(1) as f32;
     let spare = (ui.available_width() - needed).max(0.0) / least.len().max(1) as f32;
     let height = ui.available_height();
     egui::ScrollArea::horizontal().id_salt("columns").auto_shrink(false).show(ui, |ui| {
