@@ -17,7 +17,6 @@ mod host;
 mod hrtf;
 mod import;
 mod inspect;
-mod join;
 mod map;
 mod measure;
 mod path;
@@ -54,7 +53,7 @@ fn main() -> ExitCode {
         args::Command::Anchors(a) => anchors::run(&a),
         args::Command::Surface(args) => surface::run(&args),
         args::Command::Simulate(args) => simulate::run(&args),
-        args::Command::Join(args) => join::run(&args),
+        args::Command::Join(args) => simulate::join::run(&args),
         args::Command::Map(args) => map::run(&args),
         args::Command::Fit(a) => a.t20.as_ref().map_or_else(|| fit::run(&a), |t20| t20::run(&a, t20)),
         args::Command::Inspect(a) => inspect::run(&a),

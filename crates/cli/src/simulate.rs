@@ -1,6 +1,7 @@
 //! `promenade simulate`: responses of rooms that nobody has measured.
 
 mod boxed;
+pub(crate) mod join;
 mod mesh;
 #[cfg(feature = "train")]
 pub(crate) mod places;
