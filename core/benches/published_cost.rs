@@ -11,9 +11,7 @@ use promenade_core::network::{CloudKind, Listener, Masks, Network};
 use promenade_core::published::{
     ClipRenderer, ConvMode, FrameMasks, Projection, PublishedOptions, PublishedStream, TapProjector,
 };
-use promenade_core::{
-    AnchorCloud, Bands, LiveParams, Pose, Quality, Renderer, RendererConfig, Scene, SceneParts, StftGrid, TailModel, Tier,
-};
+use promenade_core::{AnchorCloud, Bands, LiveParams, Pose, Renderer, RendererConfig, Scene, SceneParts, StftGrid, TailModel};
 use promenade_testing::clouds::{PUBLISHED, Sizes, model};
 use promenade_testing::{Noise, noise};
 use pulp::Arch;
@@ -64,9 +62,9 @@ fn main() {
     at_hosts();
 }
 
-/// The tier Reference with a listener who stands still, at the model's rate and at hosts'.
+/// The published head with a listener who stands still, at the model's rate and at hosts'.
 fn at_hosts() {
-    println!("| tier Reference for 1 s, at | latency ms | cost |");
+    println!("| published head for 1 s, at | latency ms | cost |");
     println!("|---|---|---|");
     let bands = Bands::for_rate(GRID.sample_rate_hz);
     let tail = TailModel { seed: 3, t60_s: vec![0.1; bands.count()], coherence: vec![0.0; bands.count()] };
@@ -74,7 +72,7 @@ fn at_hosts() {
     let cloud = AnchorCloud { model, conv: ConvMode::LookAhead, projection: Projection::Diagonal, emitter: None };
     let parts = SceneParts { taps: 32, cloud: Some(cloud), top_hz: 10_000.0, ..SceneParts::new(GRID, bands, tail) };
     let scene = Arc::new(Scene::new(parts).unwrap());
-    let quality = Quality { tier: Tier::Reference, live: LiveParams { wait: true, ..LiveParams::default() } };
+    let live = LiveParams { wait: true, ..LiveParams::default() };
     for rate in [22_050, 44_100, 48_000, 96_000_u32] {
         let mut renderer = Renderer::new(
             Arc::clone(&scene),
@@ -85,7 +83,7 @@ fn at_hosts() {
         let mut out = [vec![0.0; input.len()], vec![0.0; input.len()]];
         let cost = median_ms(21, || {
             let [left, right] = &mut out;
-            renderer.process(&[input[..].into()], [left, right], quality, &mut |_| Pose::IDENTITY);
+            renderer.process(&[input[..].into()], [left, right], live, &mut |_| Pose::IDENTITY);
             black_box(&out);
         });
         let latency_ms = 1e3 * renderer.latency_samples() as f64 / f64::from(rate);

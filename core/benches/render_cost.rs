@@ -10,7 +10,7 @@
 use cpu_time::ThreadTime;
 use fft_convolver::TwoStageFFTConvolver;
 use promenade_core::glam::Vec3;
-use promenade_core::{BlockParams, Carriers, Latency, Pose, Renderer, RendererConfig, Scene, Spatializer, Tier, Voice};
+use promenade_core::{BlockParams, Carriers, Latency, Pose, Renderer, RendererConfig, Scene, Spatializer, Voice};
 use promenade_testing::noise;
 use promenade_testing::scenes::{room, room_with_images, walk};
 use std::hint::black_box;
@@ -210,38 +210,35 @@ fn engines(scene: &Arc<Scene>) -> Vec<(String, Engine)> {
             ear.process(x, out).unwrap();
         }
     };
-    let ours_with = |scene: &Arc<Scene>, tier: Tier, moving: bool, latency: Latency| -> Engine {
+    let ours_with = |scene: &Arc<Scene>, moving: bool, latency: Latency| -> Engine {
         let mut s = Spatializer::new(RATE);
         let carriers = Arc::new(Carriers::with_latency(scene, RATE, latency));
         s.install(Box::new(Renderer::new(Arc::clone(scene), (RATE, carriers)).unwrap()));
         let walk = walk(RATE);
         let still = Pose::IDENTITY;
-        let params = BlockParams { tier, ..BlockParams::default() };
+        let params = BlockParams::default();
         Box::new(move |at: usize, x: &[f32], out: [&mut [f32]; 2]| {
             s.process(&[x], &[], out, &params, |i| if moving { walk(at + i) } else { still });
         })
     };
-    let ours = |scene: &Arc<Scene>, tier: Tier, moving: bool| ours_with(scene, tier, moving, Latency::Frame);
+    let ours = |scene: &Arc<Scene>, moving: bool| ours_with(scene, moving, Latency::Frame);
     let images = room_with_images(RATE, 1.0, 0.05, 60);
     let mut engines: Vec<(String, Engine)> = vec![
         ("bare STFT, 1 forward, 2 inverse".to_owned(), Box::new(stft)),
         ("fft-convolver, 2 ears of 1 s, standing still".to_owned(), Box::new(convolver)),
-        ("draft, moving".to_owned(), ours(scene, Tier::Draft, true)),
-        ("standard, standing still".to_owned(), ours(scene, Tier::Standard, false)),
-        ("standard, moving".to_owned(), ours(scene, Tier::Standard, true)),
-        ("standard with 60 images, standing still".to_owned(), ours(&images, Tier::Standard, false)),
-        ("standard with 60 images, moving".to_owned(), ours(&images, Tier::Standard, true)),
+        ("standing still".to_owned(), ours(scene, false)),
+        ("moving".to_owned(), ours(scene, true)),
+        ("60 images, standing still".to_owned(), ours(&images, false)),
+        ("60 images, moving".to_owned(), ours(&images, true)),
     ];
     for file in files() {
         let scene = read(&file);
-        for tier in [Tier::Draft, Tier::Standard] {
-            engines.push((format!("{} moving: {file}", tier.name()), ours(&scene, tier, true)));
-        }
-        engines.push((format!("standard, standing still: {file}"), ours(&scene, Tier::Standard, false)));
+        engines.push((format!("moving: {file}"), ours(&scene, true)));
+        engines.push((format!("standing still: {file}"), ours(&scene, false)));
         for latency in [Latency::Samples64, Latency::None] {
             for (moving, how) in [(false, "standing still"), (true, "moving")] {
-                let engine = ours_with(&scene, Tier::Standard, moving, latency);
-                engines.push((format!("standard, latency {}, {how}: {file}", latency.name()), engine));
+                let engine = ours_with(&scene, moving, latency);
+                engines.push((format!("latency {}, {how}: {file}", latency.name()), engine));
             }
         }
     }

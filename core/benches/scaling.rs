@@ -1,4 +1,4 @@
-//! How the cost of a moving listener in tier Standard grows with what a scene holds and how a host plays it.
+//! How the cost of a moving listener grows with what a scene holds and how a host plays it.
 //!
 //! `cargo bench --bench scaling -p promenade-core`. One thing is changed at a time from a noise scene with 24 taps (120 ms) and
 //! no images at 48 kHz in blocks of 512. Unit: processor seconds per second of audio of the one thread, median of interleaved

@@ -7,13 +7,28 @@ pub(crate) mod live;
 pub(crate) mod readout;
 pub(crate) mod sites;
 
-use crate::{LiveParams, Pose, TransferFunction};
+use crate::{Pose, TransferFunction};
 use std::ops::Range;
 
 pub use cloud::{CloudDecoder, InlineWorker};
 pub use field::{Axis, Basis, Facing, Field, FieldGrid, LowRank, NEAREST_M, Rows, SILENT_DB};
 pub use live::{DecodeWorker, Decoded, PublishedFrame};
 pub use readout::{MAX_LOG_COEFFICIENT, QueryValues, Readout};
+
+/// How often poses are decoded while the listener moves.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LiveParams {
+    /// Decodes a second, above 0; answers are cross-faded over the time from one to the next.
+    pub rate_hz: f32,
+    /// Wait for every decode, as offline: the sound does not depend on the machine then.
+    pub wait: bool,
+}
+
+impl Default for LiveParams {
+    fn default() -> Self {
+        Self { rate_hz: 40.0, wait: false }
+    }
+}
 
 /// From a pose to its transfer function, hop by hop.
 ///

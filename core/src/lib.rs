@@ -56,14 +56,14 @@ mod simd;
 mod source;
 mod spatializer;
 mod stft;
-mod tier;
 mod transfer;
 mod trim;
 mod voice;
 
 pub use bands::Bands;
 pub use decode::{
-    Axis, Basis, DecodeWorker, Decoded, Facing, Field, FieldGrid, LowRank, NEAREST_M, PublishedFrame, Rows, SILENT_DB,
+    Axis, Basis, DecodeWorker, Decoded, Facing, Field, FieldGrid, LiveParams, LowRank, NEAREST_M, PublishedFrame, Rows,
+    SILENT_DB,
 };
 pub use emitters::{EmitterParams, Emitters};
 pub use glam;
@@ -86,7 +86,6 @@ pub use scene::{
     wave_share,
 };
 pub use spatializer::{BlockParams, Spatializer};
-pub use tier::{LiveParams, Quality, Tier};
 pub use transfer::{MOST_SHARES, Shares, TransferFunction, TransferShape};
 pub use trim::{EARLY_S, Trim};
 pub use voice::{MOST_VOICES, Voice};

@@ -7,9 +7,9 @@ pub(crate) mod converted;
 pub(crate) mod error;
 pub(crate) mod frames;
 pub(crate) mod hann;
+pub(crate) mod head;
 pub(crate) mod renderer;
 pub(crate) mod stream;
-pub(crate) mod tier;
 pub(crate) mod time_filter;
 
 pub use error::PublishedError;

@@ -3,7 +3,7 @@
 use crate::decode::InlineWorker;
 use crate::latency::Pace;
 use crate::number::whole;
-use crate::published::tier::Reference;
+use crate::published::head::PublishedHead;
 use crate::render::carriers::Carriers;
 use crate::render::early::first_hops::Undelayed;
 use crate::render::early::images::{ImageFilters, ImageVoices};
@@ -14,9 +14,8 @@ use crate::render::room::Room;
 use crate::render::voice_filters::Plan;
 use crate::scene::{Cost, TooCostly};
 use crate::stft::{Spectrum, Synthesis};
-use crate::tier::TIER_FADE_STEP;
 use crate::voice::{MOST_VOICES, Together, VOICE_PORTIONS, Voice, VoiceState, own_taps};
-use crate::{DecodeWorker, Latency, Pose, Quality, Scene, StftGrid, Tier, TransferFunction, Trim};
+use crate::{DecodeWorker, Latency, LiveParams, Pose, Scene, StftGrid, TransferFunction, Trim};
 use promenade_fourier::num_complex::Complex32;
 use std::sync::Arc;
 use thiserror::Error;
@@ -67,15 +66,15 @@ impl Scene {
 /// Made by the caller for each block and passed by reference; nothing keeps it.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct RenderParams {
-    /// Speed against accuracy.
-    pub quality: Quality,
+    /// How often a live decoder is asked.
+    pub live: LiveParams,
     /// What the user changes about the scene's sound.
     pub trim: Trim,
 }
 
-impl<Q: Into<Quality>> From<Q> for RenderParams {
-    fn from(quality: Q) -> Self {
-        Self { quality: quality.into(), trim: Trim::NEUTRAL }
+impl From<LiveParams> for RenderParams {
+    fn from(live: LiveParams) -> Self {
+        Self { live, trim: Trim::NEUTRAL }
     }
 }
 
@@ -89,8 +88,8 @@ pub struct RendererConfig {
     pub carriers: Option<Arc<Carriers>>,
     /// How many voices there are, 1 to [`MOST_VOICES`].
     pub voices: usize,
-    /// What decodes poses for the tiers High and Reference, for the first voice and the next. A voice without one is played as
-    /// the best tier below.
+    /// What decodes the poses of a scene with an anchor cloud, for the first voice and the next. A voice without one is played
+    /// from the scene's table.
     pub workers: Vec<Box<dyn DecodeWorker>>,
     /// Samples of a hop that have passed when it begins. Renderers that play side by side in real time, each with another, do
     /// not all have a frame to render in the same block.
@@ -104,11 +103,10 @@ impl From<f64> for RendererConfig {
 }
 
 impl RendererConfig {
-    /// Of some voices for a tier, each with a decoder on the thread that renders where the tier needs one.
+    /// Of some voices, each with a decoder on the thread that renders where the scene has a cloud.
     #[must_use]
-    pub fn inline(scene: &Arc<Scene>, sample_rate_hz: f64, tier: Tier, voices: usize) -> Self {
-        let workers = if tier >= Tier::High { InlineWorker::several(scene, voices) } else { Vec::new() };
-        Self { voices, workers, ..sample_rate_hz.into() }
+    pub fn inline(scene: &Arc<Scene>, sample_rate_hz: f64, voices: usize) -> Self {
+        Self { voices, workers: InlineWorker::several(scene, voices), ..sample_rate_hz.into() }
     }
 }
 
@@ -145,8 +143,6 @@ pub struct Renderer {
     /// Samples of the current hop taken in so far, and when it begins.
     filled: usize,
     phase: usize,
-    /// Level of everything but the direct sound, 0 to 1.
-    room_gain: f32,
     /// What the user changes, as it is heard now.
     trim: Trim,
     /// Hops since all filters were brought to a pose.
@@ -158,13 +154,10 @@ pub struct Renderer {
     /// Sample of a hop at which the pose is asked for, so that the source's oldest belongs to the centre of the newest frame,
     /// or to its end where the first hops do not wait for it.
     pose_phase: usize,
-    /// Whether the published head is there.
-    has_reference: bool,
     /// A hop has begun since it was new.
     has_begun: bool,
-    /// Portions of the hop that is taken in that have been worked out, and the tier that they were worked out for.
+    /// Portions of the hop that is taken in that have been worked out.
     prepared: usize,
-    tier: Tier,
     /// The next pose is jumped to: nothing has been heard yet, or the transport was moved.
     fresh: bool,
 }
@@ -192,18 +185,18 @@ impl Renderer {
         // A frame is rendered with the pose at its centre. What does not wait for it has the newest there is.
         let centre = if pace.is_short() { 0 } else { grid.window_len() / 2 };
         let decoders = workers.len();
-        let reference = |number: usize| {
-            let has_one = !pace.is_short() && number < decoders.max(1);
-            if has_one { Reference::new(&scene, &grid, number == 0) } else { None }
+        let published = |number: usize| {
+            let has_one = !pace.is_short() && number < decoders;
+            if has_one { PublishedHead::new(&scene, &grid, number == 0) } else { None }
         };
-        let published = reference(0).as_ref().map(Reference::latency_samples);
+        let stated = published(0).as_ref().map_or(pace.latency.stated(&grid), PublishedHead::latency_samples);
         let voice = |number: usize| {
             // Waves leave the others the upper half of what they take.
             let waves = carriers.waves.as_ref().and_then(|filters| WaveBass::new(&scene, &grid, filters));
             let images = carriers.images.as_ref();
             let images = images.and_then(|filters| ImageVoices::new(&scene, &grid, filters, &carriers.curve));
             let early = if pace.is_short() { Some(Undelayed::new(&grid, &pace)) } else { None };
-            let parts = [boxed(reference(number)), boxed(waves), boxed(early), boxed(images)];
+            let parts = [boxed(published(number)), boxed(waves), boxed(early), boxed(images)];
             VoiceState::new(&plan, &scene, parts.into_iter().flatten().collect(), centre / grid.hop, number == 0)
         };
         let mut voices: Vec<_> = (0..count).map(voice).collect();
@@ -226,16 +219,13 @@ impl Renderer {
             waiting_at: 0,
             filled: phase % grid.hop,
             phase: phase % grid.hop,
-            room_gain: 1.0,
             trim: Trim::NEUTRAL,
             share: 0,
-            stated: published.unwrap_or(pace.latency.stated(&grid)),
+            stated,
             unstated: if pace.latency == Latency::None { grid.lead() } else { 0 },
             pose_phase: grid.hop - centre % grid.hop,
-            has_reference: published.is_some(),
             has_begun: false,
             prepared: 0,
-            tier: Tier::Standard,
             fresh: true,
             pace,
             grid,
@@ -278,22 +268,10 @@ impl Renderer {
         self.first().follower().transfer()
     }
 
-    /// Samples by which the output lags the input, the same for all tiers.
+    /// Samples by which the output lags the input.
     #[must_use]
     pub fn latency_samples(&self) -> usize {
         self.stated
-    }
-
-    /// The tier that the first voice is played with for a wanted one: as [`Scene::played_tier`], but High needs a decoder, and
-    /// Reference the scene's own sample rate besides.
-    #[must_use]
-    pub fn played_tier(&self, wanted: Tier) -> Tier {
-        let most = match (self.first().follower().has_live(), self.has_reference) {
-            (true, true) => Tier::Reference,
-            (true, false) => Tier::High,
-            (false, _) => Tier::Standard,
-        };
-        self.scene.played_tier(wanted.min(most))
     }
 
     /// Samples for which the room sounds on after the input has ended, down to -60 dB and beyond the explicit taps, with the
@@ -374,11 +352,11 @@ impl Renderer {
         params: impl Into<RenderParams>,
         pose_at: &mut dyn FnMut(usize) -> Pose,
     ) {
-        let RenderParams { quality, trim } = params.into();
+        let RenderParams { live, trim } = params.into();
         let (trim, len) = (trim.bounded(), left.len().min(right.len()));
         let sound = |number: usize| sounds.get(number).copied().unwrap_or_default();
         if self.fresh && len > 0 {
-            self.arrive(sounds, pose_at(0), &quality, &trim);
+            self.arrive(sounds, pose_at(0), &live, &trim);
         }
         let mut done = 0;
         while done < len {
@@ -392,7 +370,7 @@ impl Renderer {
                 out[block.clone()].copy_from_slice(&ready[span.clone()]);
             }
             if self.pace.is_short() {
-                self.play(span, [&mut left[block.clone()], &mut right[block]], &quality);
+                self.play(span, [&mut left[block.clone()], &mut right[block]], &live);
             }
             done += count;
             self.filled += count;
@@ -404,18 +382,18 @@ impl Renderer {
             }
             if self.filled == self.grid.hop {
                 self.filled = 0;
-                self.hop(&quality, &trim);
+                self.hop(&live, &trim);
             }
         }
         // In blocks as long as a hop each has its share of the work already.
         if len < self.grid.hop && !self.pace.is_short() {
-            self.prepare(&quality, &trim);
+            self.prepare(&live, &trim);
         }
     }
 
     /// Works out so much of the frame to come as the hop has of its samples, of what needs none of them: short blocks have an
     /// equal share of the work, but for those just after a frame.
-    fn prepare(&mut self, quality: &Quality, trim: &Trim) {
+    fn prepare(&mut self, live: &LiveParams, trim: &Trim) {
         let rest = self.grid.hop - self.grid.hop / FREE;
         let taken = (self.filled + rest).saturating_sub(self.grid.hop);
         let portions = 2 + self.voices.len() * VOICE_PORTIONS;
@@ -425,10 +403,10 @@ impl Renderer {
         while self.prepared < portions * taken / rest {
             self.prepared += 1;
             let Some(portion) = self.prepared.checked_sub(2) else {
-                self.tier = self.follow(quality, trim, false);
+                self.follow(live, trim, false);
                 continue;
             };
-            let together = together(&self.scene, quality, self.tier, &self.trim, self.room_gain, self.share);
+            let together = together(&self.scene, live, &self.trim, self.share);
             match self.voices.get_mut(portion / VOICE_PORTIONS) {
                 Some(voice) => {
                     let [left, right] = &mut self.parts;
@@ -441,52 +419,40 @@ impl Renderer {
     }
 
     /// Is at a pose of the listener at once.
-    fn arrive(&mut self, sounds: &[Voice<'_>], listener: Pose, quality: &Quality, trim: &Trim) {
+    fn arrive(&mut self, sounds: &[Voice<'_>], listener: Pose, live: &LiveParams, trim: &Trim) {
         for (number, voice) in self.voices.iter_mut().enumerate() {
             voice.jump(sounds.get(number).copied().unwrap_or_default().moved(listener));
         }
         self.images.forget_prepared();
         self.prepared = 0;
-        let tier = self.follow(quality, trim, true);
-        let together = together(&self.scene, quality, tier, &self.trim, self.room_gain, self.share);
+        self.follow(live, trim, true);
         let first = &mut self.voices[0];
-        first.jump_to(tier);
         if self.pace.is_short() && !std::mem::replace(&mut self.has_begun, true) {
-            first.begin(Some(first.pose()), &together);
+            first.begin(Some(first.pose()));
         }
         self.fresh = false;
     }
 
-    /// Brings the first voice and the room to the pose and to what the user changes, and fades the room in or out; `whole`
-    /// leaves nothing for the hops to come. Says what is played.
-    fn follow(&mut self, wanted: &Quality, trim: &Trim, whole: bool) -> Tier {
+    /// Brings the first voice and the room to the pose and to what the user changes; `whole` leaves nothing for the hops to
+    /// come.
+    fn follow(&mut self, live: &LiveParams, trim: &Trim, whole: bool) {
         if whole {
             self.trim = *trim;
         } else {
             self.trim.follow(trim);
         }
-        let tier = self.played_tier(wanted.tier);
         let first = &mut self.voices[0];
-        let together = together(&self.scene, wanted, tier, &self.trim, self.room_gain, self.share);
+        let together = together(&self.scene, live, &self.trim, self.share);
         let change = first.follow(&together, whole);
         self.share = if whole { 0 } else { self.share };
-        let room = tier != Tier::Draft;
         self.room.set_decay(self.trim.decay);
         self.room.face(first.next_pose().unwrap_or(first.pose()).orientation, whole);
         self.room.update(first.follower().transfer(), &change);
-        let step = if whole { 1.0 } else { TIER_FADE_STEP };
-        if room && self.room_gain == 0.0 {
-            // The late part stood still meanwhile: what is left in it belongs to another time.
-            self.room.forget();
-        }
-        self.room_gain += (if room { 1.0 } else { 0.0 } - self.room_gain).clamp(-step, step);
-        tier
     }
 
     /// Plays samples of the hop that do not wait for a frame.
-    fn play(&mut self, span: std::ops::Range<usize>, [left, right]: [&mut [f32]; 2], quality: &Quality) {
-        let tier = self.played_tier(quality.tier);
-        let together = together(&self.scene, quality, tier, &self.trim, self.room_gain, self.share);
+    fn play(&mut self, span: std::ops::Range<usize>, [left, right]: [&mut [f32]; 2], live: &LiveParams) {
+        let together = together(&self.scene, live, &self.trim, self.share);
         for voice in &mut self.voices {
             let mut heard = Heard { ears: [&mut *left, &mut *right], images: &mut self.images };
             voice.play(span.clone(), &together, &mut heard);
@@ -506,10 +472,11 @@ impl Renderer {
     }
 
     /// Renders the frame that ends with the hop that is taken in.
-    fn hop(&mut self, quality: &Quality, trim: &Trim) {
-        let tier = if self.prepared == 0 { self.follow(quality, trim, false) } else { self.tier };
-        self.prepared = 0;
-        let together = together(&self.scene, quality, tier, &self.trim, self.room_gain, self.share);
+    fn hop(&mut self, live: &LiveParams, trim: &Trim) {
+        if std::mem::take(&mut self.prepared) == 0 {
+            self.follow(live, trim, false);
+        }
+        let together = together(&self.scene, live, &self.trim, self.share);
         self.parts.iter_mut().for_each(|ear| ear.fill(0.0));
         let (mut silent, mut changed) = (true, false);
         for number in 0..self.voices.len() {
@@ -528,7 +495,7 @@ impl Renderer {
             self.room.forget_ahead();
         }
         let ears = self.ears.each_mut().map(|ear| &mut ear[..]);
-        let sounds = self.room.render(&mut self.voices, silent, (self.room_gain, &self.trim), ears).is_some();
+        let sounds = self.room.render(&mut self.voices, silent, &self.trim, ears).is_some();
         for (ear, (spectrum, ready)) in self.ears.iter_mut().zip(&mut self.ready).enumerate() {
             match sounds {
                 true => self.synthesis.synthesise(ear, spectrum, ready),
@@ -537,7 +504,7 @@ impl Renderer {
         }
         if self.pace.is_short() {
             for voice in self.voices.iter_mut().filter(|voice| voice.as_ref().is_heard) {
-                voice.begin(None, &together);
+                voice.begin(None);
             }
             return;
         }
@@ -546,7 +513,7 @@ impl Renderer {
         for (ready, parts) in self.ready.iter_mut().zip(&self.parts) {
             ready.iter_mut().zip(parts).for_each(|(ready, x)| *ready += x);
         }
-        self.voices.iter_mut().for_each(|voice| voice.finish(tier, &mut self.ready));
+        self.voices.iter_mut().for_each(|voice| voice.finish(&mut self.ready));
     }
 }
 
@@ -554,7 +521,7 @@ fn boxed<'a>(part: Option<impl Part + 'a>) -> Option<Box<dyn Part + 'a>> {
     part.map(|part| Box::new(part) as Box<dyn Part>)
 }
 
-/// What holds for all voices at a hop, played in a tier.
-fn together<'a>(scene: &'a Scene, quality: &Quality, tier: Tier, trim: &'a Trim, room_gain: f32, share: usize) -> Together<'a> {
-    Together { scene, quality: Quality { tier, ..*quality }, trim, room_gain, share }
+/// What holds for all voices at a hop.
+fn together<'a>(scene: &'a Scene, live: &LiveParams, trim: &'a Trim, share: usize) -> Together<'a> {
+    Together { scene, live: *live, trim, share }
 }

@@ -22,8 +22,7 @@ mod tail;
 mod turning_room;
 mod weather;
 
-use crate::published::ConvMode;
-use crate::{Axis, Bands, Facing, Field, FieldGrid, Pose, Rows, StftGrid, Tier, TransferFunction, TransferShape};
+use crate::{Axis, Bands, Facing, Field, FieldGrid, Pose, Rows, StftGrid, TransferFunction, TransferShape};
 use error::value;
 use glam::Vec3;
 
@@ -66,7 +65,7 @@ impl Scene {
         Ok(Self { parts })
     }
 
-    /// A scene in which every pose hears one transfer function, in the tiers Draft and Standard.
+    /// A scene in which every pose hears one transfer function.
     ///
     /// # Errors
     /// What [`Scene::new`] refuses; a transfer function that does not fit `grid` and `bands`.
@@ -245,29 +244,6 @@ impl Scene {
     #[must_use]
     pub fn bounds(&self) -> (Vec3, Vec3) {
         self.parts.bounds
-    }
-
-    /// Whether the scene has what a tier renders.
-    #[must_use]
-    pub fn has_tier(&self, tier: Tier) -> bool {
-        let p = &self.parts;
-        match tier {
-            Tier::Draft => p.field.is_some(),
-            Tier::Standard => p.field.is_some() && p.taps > 0,
-            Tier::High => p.cloud.is_some(),
-            Tier::Reference => p.cloud.as_ref().is_some_and(|c| c.conv != ConvMode::Off),
-        }
-    }
-
-    /// The tiers that the scene has, the cheapest first.
-    pub fn tiers(&self) -> impl DoubleEndedIterator<Item = Tier> + Clone {
-        Tier::ALL.into_iter().filter(|t| self.has_tier(*t))
-    }
-
-    /// The tier that is played for a wanted one: the best that the scene has up to it, else the cheapest that it has.
-    #[must_use]
-    pub fn played_tier(&self, wanted: Tier) -> Tier {
-        self.tiers().rev().find(|t| *t <= wanted).or_else(|| self.tiers().next()).unwrap_or(wanted)
     }
 
     /// Bytes that the scene takes in memory, once for all its instances.

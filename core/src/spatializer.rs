@@ -4,7 +4,7 @@ use crate::grid::LONGEST_LATENCY_S;
 use crate::number::{bounded, finite, whole};
 use crate::past::Past;
 use crate::ramp::Ramp;
-use crate::{EmitterParams, Emitters, LiveParams, MOST_VOICES, Pose, Quality, RenderParams, Renderer, Tier, Trim, Voice};
+use crate::{EmitterParams, Emitters, LiveParams, MOST_VOICES, Pose, RenderParams, Renderer, Trim, Voice};
 
 /// Length of a cross-fade between scenes, seconds.
 const SCENE_FADE_S: f64 = 0.05;
@@ -20,8 +20,6 @@ const CHUNK: usize = 256;
 /// A snapshot of parameters that the audio thread takes at the beginning of each block.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BlockParams {
-    /// Point on the curve of speed against accuracy.
-    pub tier: Tier,
     /// How often a live decoder is asked.
     pub live: LiveParams,
     /// Share of the rendered sound, 0 (dry only) to 1 (rendered only).
@@ -41,7 +39,6 @@ pub struct BlockParams {
 impl Default for BlockParams {
     fn default() -> Self {
         Self {
-            tier: Tier::Standard,
             live: LiveParams::default(),
             mix: 1.0,
             gain: 1.0,
@@ -58,7 +55,7 @@ impl From<&BlockParams> for RenderParams {
     fn from(block: &BlockParams) -> Self {
         let direct = if block.wet_solo { 0.0 } else { block.trim.direct };
         let trim = Trim { direct, ..block.trim };
-        Self { quality: Quality { tier: block.tier, live: block.live }, trim }
+        Self { live: block.live, trim }
     }
 }
 

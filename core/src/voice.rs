@@ -7,7 +7,7 @@ use crate::render::part::{Heard, Hop, PORTIONS, Part};
 use crate::render::voice_filters::{Plan, VoiceFilters};
 use crate::source::{Source, heard_at};
 use crate::stft::Spectrum;
-use crate::{DecodeWorker, Pose, Quality, Ramp, Scene, Tier, TransferFunction, TransferShape, Trim};
+use crate::{DecodeWorker, LiveParams, Pose, Ramp, Scene, TransferFunction, TransferShape, Trim};
 use glam::Vec3;
 use std::ops::Range;
 use std::sync::Arc;
@@ -80,9 +80,8 @@ impl Voice<'_> {
 #[derive(Clone, Copy)]
 pub(crate) struct Together<'a> {
     pub(crate) scene: &'a Scene,
-    pub(crate) quality: Quality,
+    pub(crate) live: LiveParams,
     pub(crate) trim: &'a Trim,
-    pub(crate) room_gain: f32,
     /// Hops since all filters were brought to a pose.
     pub(crate) share: usize,
 }
@@ -169,7 +168,7 @@ impl VoiceState {
         }
     }
 
-    /// Gives it what decodes poses for the tiers High and Reference.
+    /// Gives it what decodes poses.
     pub(crate) fn set_worker(&mut self, worker: Box<dyn DecodeWorker>, scene: &Scene, hop_s: f64) {
         self.follower.set_live(worker, scene, hop_s);
     }
@@ -201,11 +200,6 @@ impl VoiceState {
         (self.fresh, self.jumps) = (true, true);
     }
 
-    /// Its parts are played in a tier from now on.
-    pub(crate) fn jump_to(&mut self, tier: Tier) {
-        self.parts.iter_mut().for_each(|part| part.jump(tier));
-    }
-
     /// Takes the newest pose of the listener.
     pub(crate) fn note_pose(&mut self, pose: Pose) {
         self.source.note_pose(pose);
@@ -228,16 +222,15 @@ impl VoiceState {
         }
     }
 
-    /// Brings its filters to its pose, to what the user changes and to a tier that it can be played in; `whole` leaves nothing
-    /// for the hops to come.
+    /// Brings its filters to its pose and to what the user changes; `whole` leaves nothing for the hops to come.
     pub(crate) fn follow(&mut self, together: &Together<'_>, whole: bool) -> Change {
-        let Together { scene, quality, trim, room_gain, share } = *together;
+        let Together { scene, live, trim, share } = *together;
         if self.filters.set_decay(trim.decay) {
             self.follower.refresh();
         }
         let pose = self.next_pose().unwrap_or(self.pose());
-        let change = self.follower.follow(&pose, &quality, (whole, share), room_gain > 0.0);
-        self.filters.update(self.follower.transfer(), &change, quality.tier != Tier::Draft);
+        let change = self.follower.follow(&pose, &live, (whole, share));
+        self.filters.update(self.follower.transfer(), &change);
         self.trim = heard_at(trim, scene, &pose);
         change
     }
@@ -248,20 +241,17 @@ impl VoiceState {
         if self.leads {
             return;
         }
-        let most = if self.follower.has_live() { Tier::Reference } else { Tier::Standard };
-        let quality = Quality { tier: together.quality.tier.min(most), ..together.quality };
-        let together = Together { quality, ..*together };
         if whole {
-            self.follow(&together, true);
+            self.follow(together, true);
         }
-        self.moved |= whole | self.follow(&together, false).turn.is_none();
+        self.moved |= whole | self.follow(together, false).turn.is_none();
     }
 
     /// Begins a hop of what does not wait for a frame, from a pose or from that of the frame before.
-    pub(crate) fn begin(&mut self, from: Option<Pose>, together: &Together<'_>) {
-        let filter = self.filters.joined(together.room_gain, &self.trim);
+    pub(crate) fn begin(&mut self, from: Option<Pose>) {
+        let filter = self.filters.joined(&self.trim);
         let (from, to) = (from.unwrap_or(self.before), self.source.pose());
-        let hop = Hop { from, to, trim: self.trim, tier: together.quality.tier, filter };
+        let hop = Hop { from, to, trim: self.trim, filter };
         self.parts.iter_mut().for_each(|part| part.begin(&hop));
     }
 
@@ -274,7 +264,7 @@ impl VoiceState {
             self.arrive(together);
             self.filters.forget_joined();
             self.parts.iter_mut().for_each(|part| part.reset());
-            self.begin(Some(self.source.pose()), together);
+            self.begin(Some(self.source.pose()));
         }
         for part in &mut self.parts {
             part.take(self.source.newest(), span.clone(), heard);
@@ -313,7 +303,7 @@ impl VoiceState {
         if !prepared {
             self.arrive(together);
             if waits.is_some() {
-                self.begin_at_frame(together);
+                self.begin_at_frame();
             }
         }
         if let Some(shared) = shared {
@@ -337,7 +327,7 @@ impl VoiceState {
     pub(crate) fn prepare(&mut self, portion: usize, together: &Together<'_>, heard: &mut Heard<'_>) {
         if portion == 0 && !self.blank {
             self.arrive(together);
-            self.begin_at_frame(together);
+            self.begin_at_frame();
             self.prepared = true;
         }
         if let Some(portion) = portion.checked_sub(1).filter(|_| self.prepared) {
@@ -346,16 +336,16 @@ impl VoiceState {
     }
 
     /// What is given out with a frame is that of the frame before, nearly: it belongs to the pose of that time.
-    fn begin_at_frame(&mut self, together: &Together<'_>) {
+    fn begin_at_frame(&mut self) {
         let (from, to) = (self.source.before(), self.source.before());
-        let hop = Hop { from, to, trim: self.trim, tier: together.quality.tier, filter: None };
+        let hop = Hop { from, to, trim: self.trim, filter: None };
         self.parts.iter_mut().for_each(|part| part.begin(&hop));
     }
 
     /// Leaves the last word on a hop of both ears to its parts.
-    pub(crate) fn finish(&mut self, tier: Tier, ears: &mut [Vec<f32>; 2]) {
+    pub(crate) fn finish(&mut self, ears: &mut [Vec<f32>; 2]) {
         let published = self.follower.decoded().and_then(|decoded| decoded.published.as_ref());
-        self.parts.iter_mut().for_each(|part| part.finish(tier, published, ears));
+        self.parts.iter_mut().for_each(|part| part.finish(published, ears));
     }
 
     /// Is as new again.

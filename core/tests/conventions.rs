@@ -1,19 +1,19 @@
 //! What `docs/conventions.md` says of scenes and rendering.
 
 use promenade_core::glam::{Quat, Vec3};
-use promenade_core::{BlockParams, Field, NEAREST_M, Pose, Rows, Scene, Tier};
+use promenade_core::{BlockParams, Field, NEAREST_M, Pose, Rows, Scene, Trim};
 use promenade_testing::noise;
-use promenade_testing::scenes::{render, room, spatializer};
+use promenade_testing::scenes::{DIRECT, render, room, spatializer};
 use std::f32::consts::{FRAC_PI_2, PI};
 use std::sync::Arc;
 
 /// Response to an impulse at sample 2000, the latency taken out, for a listener who stands still.
-fn response(scene: &Arc<Scene>, rate: f64, tier: Tier, pose: Pose) -> [Vec<f32>; 2] {
+fn response(scene: &Arc<Scene>, rate: f64, trim: Trim, pose: Pose) -> [Vec<f32>; 2] {
     let mut s = spatializer(scene, rate);
     let latency = s.latency_samples();
     let mut input = vec![0.0; rate as usize];
     input[2_000] = 1.0;
-    let out = render(&mut s, &input, &[512], &BlockParams { tier, ..BlockParams::default() }, |_| pose);
+    let out = render(&mut s, &input, &[512], &BlockParams { trim, ..BlockParams::default() }, |_| pose);
     out.map(|ear| ear[latency..].to_vec())
 }
 
@@ -56,8 +56,8 @@ fn the_first_tap_lies_one_hop_after_the_direct_sound_and_the_late_part_follows_t
     let rate = 16_000.0;
     let (hop, lead) = (80, 20);
     let scene = room(rate, 0.4, 0.1);
-    let whole = response(&scene, rate, Tier::Standard, Pose::IDENTITY);
-    let direct = response(&scene, rate, Tier::Draft, Pose::IDENTITY);
+    let whole = response(&scene, rate, Trim::NEUTRAL, Pose::IDENTITY);
+    let direct = response(&scene, rate, DIRECT, Pose::IDENTITY);
     let rest: Vec<f32> = whole[0].iter().zip(&direct[0]).map(|(a, b)| a - b).collect();
     // Nothing comes before a tap but its lead of a quarter of a hop.
     let first = 2_000 + hop - lead;
@@ -79,7 +79,7 @@ fn the_direct_sound_grows_no_more_within_a_quarter_of_a_metre() {
     let scene = room(16_000.0, 0.3, 0.0);
     let at = |distance: f32| {
         let pose = Pose { position: scene.emitter().unwrap() - Vec3::X * distance, ..Pose::IDENTITY };
-        energy(&response(&scene, 16_000.0, Tier::Draft, pose)[0])
+        energy(&response(&scene, 16_000.0, DIRECT, pose)[0])
     };
     // The made room is a little louder towards the emitter besides.
     assert!((at(0.5 * NEAREST_M) / at(NEAREST_M) - 1.0).abs() < 0.04);
@@ -89,7 +89,7 @@ fn the_direct_sound_grows_no_more_within_a_quarter_of_a_metre() {
 #[test]
 fn nothing_jumps_where_azimuths_wrap_round() {
     let scene = room(16_000.0, 0.3, 0.05);
-    let response_at = |yaw: f32| response(&scene, 16_000.0, Tier::Standard, Pose::from_ypr(Vec3::ZERO, yaw, 0.0, 0.0));
+    let response_at = |yaw: f32| response(&scene, 16_000.0, Trim::NEUTRAL, Pose::from_ypr(Vec3::ZERO, yaw, 0.0, 0.0));
     let change = |yaw: f32| {
         let (a, b) = (response_at(yaw - 1e-3), response_at(yaw + 1e-3));
         a.iter().flatten().zip(b.iter().flatten()).map(|(x, y)| (x - y).powi(2)).sum::<f32>()

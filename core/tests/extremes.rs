@@ -1,11 +1,11 @@
 //! Extremes: whatever comes in, sound goes out, and nothing of what was broken stays.
 
 use promenade_core::glam::Vec3;
-use promenade_core::{Bands, BlockParams, Carriers, LiveParams, Pose, Renderer, Scene, SceneParts, Spatializer, Tier, Trim};
+use promenade_core::{Bands, BlockParams, Carriers, LiveParams, Pose, Renderer, Scene, SceneParts, Spatializer, Trim};
 use promenade_testing::hostile::{
     Input, LOUDEST, Walk, block, is_output, is_sound, one_transfer, room_of_anchors, scenes, settings, wild,
 };
-use promenade_testing::scenes::{full_renderer, render, room, room_with_images, spatializer};
+use promenade_testing::scenes::{DIRECT, full_renderer, render, room, room_with_images, spatializer};
 use promenade_testing::signal::{difference_db, peak};
 use promenade_testing::{Rng, for_seeds, noise};
 use std::sync::{Arc, LazyLock};
@@ -23,9 +23,9 @@ fn playing(scene: &Arc<Scene>, rate: f64) -> Spatializer {
     s
 }
 
-/// The tiers of a scene, as blocks ask for them.
-fn tiers(scene: &Scene) -> Vec<BlockParams> {
-    scene.tiers().map(|tier| BlockParams { tier, ..BlockParams::default() }).collect()
+/// With the room and without it.
+fn usual() -> [BlockParams; 2] {
+    [Trim::NEUTRAL, DIRECT].map(|trim| BlockParams { trim, ..BlockParams::default() })
 }
 
 #[test]
@@ -36,7 +36,7 @@ fn whatever_comes_in_sound_goes_out() {
 #[test]
 fn what_is_no_sound_is_as_silence() {
     for (name, scene) in &*SCENES {
-        for params in tiers(scene) {
+        for params in usual() {
             let mut broken = vec![0.0; 6_000];
             Input::Broken.fill(&mut Rng::with_seed(1), &mut broken);
             let clean: Vec<f32> = broken.iter().map(|x| if is_sound(*x) { *x } else { 0.0 }).collect();
@@ -61,7 +61,7 @@ fn a_pose_that_is_none_leaves_the_listener_where_he_was() {
     const STAY: usize = 1_000;
     let input = noise(2, 8 * STAY);
     for (name, scene) in &*SCENES {
-        for params in tiers(scene) {
+        for params in usual() {
             let last = |i: usize| Walk::Teleports.pose(i / STAY, RATE);
             let broken = |i: usize| {
                 let invalid = Walk::INVALID[i / STAY % 4].pose(i, RATE);
@@ -111,18 +111,18 @@ fn nothing_of_a_wild_part_stays_longer_than_a_tail() {
             let together = (EMITTERS_FADE_S * RATE).ceil() as usize;
             let tail = renderer.tail_samples() + renderer.latency_samples() + together;
             let calm = noise(3, 3 * tail + 2_000);
-            for params in tiers(scene) {
+            for params in [BlockParams::default()] {
                 let [used, fresh] = after_a_wild_part(rng, scene, &params, &calm);
                 let level = 20.0 * peak(&fresh[0][tail..]).max(1e-6).log10();
                 let past = [1, 2, 3].map(|tails| {
                     let part = |ears: &Ears| [0, 1].map(|ear| ears[ear][tails * tail..].to_vec());
                     difference_db(&part(&used), &part(&fresh)) - level
                 });
-                println!("{name}, {:?}: {past:.0?} dB", params.tier);
+                println!("{name}, {:?}: {past:.0?} dB", params.trim);
                 // Beyond the limit of the output the past is loud against what is left of the present.
                 let first = if peak(&fresh[0]) < LOUDEST { -90.0 } else { -50.0 };
                 let clean = past[0] < first && past[1] < -110.0;
-                assert!(clean, "{name}, {:?}: {past:.0?} dB after one, two and three tails", params.tier);
+                assert!(clean, "{name}, {:?}: {past:.0?} dB after one, two and three tails", params.trim);
             }
         }
     });
@@ -139,7 +139,7 @@ fn at_the_edges_of_places_levels_stay_in_bounds() {
             assert!((0.01..40.0).contains(&peak(&out[0])), "{walk:?}: {}", peak(&out[0]));
         }
         let far = |_: usize| Walk::Far.pose(0, RATE);
-        let draft = BlockParams { tier: Tier::Draft, ..BlockParams::default() };
+        let draft = BlockParams { trim: DIRECT, ..BlockParams::default() };
         let out = render(&mut spatializer(&scene, RATE), &input, &[64], &draft, far);
         assert!(peak(&out[0]) < 1e-7, "nothing is heard from 1e9 m away: {}", peak(&out[0]));
     }
@@ -186,7 +186,7 @@ fn scenes_may_be_small_but_not_empty() {
     parts.images.as_mut().unwrap().seen.clear();
     assert!(Scene::new(parts).unwrap_err().to_string().contains("number of images"));
     let mut s = playing(&room_of_anchors(RATE, 1), RATE);
-    let high = BlockParams { tier: Tier::High, ..BlockParams::default() };
+    let high = BlockParams::default();
     let out = render(&mut s, &noise(6, 4_000), &[64], &high, |i| Walk::Spinning.pose(i, RATE));
     assert!(peak(&out[0]) > 1e-3);
 }
@@ -219,9 +219,9 @@ fn settings_that_are_no_numbers_are_the_least() {
     // Every other block has the settings in question.
     let play = |odd: BlockParams| {
         let mut s = playing(&scene, RATE);
-        let even = BlockParams { tier: Tier::High, ..BlockParams::default() };
+        let even = BlockParams::default();
         let blocks = input.chunks(200).enumerate().map(|(turn, part)| {
-            let params = if turn % 2 == 1 { BlockParams { tier: Tier::High, ..odd } } else { even };
+            let params = if turn % 2 == 1 { odd } else { even };
             render(&mut s, part, &[50], &params, |i| Walk::Teleports.pose(turn * 200 + i, RATE))
         });
         blocks.collect::<Vec<_>>()
@@ -246,7 +246,7 @@ fn the_way_to_a_place_is_not_heard_in_the_air() {
     let mut input = vec![0.0; 2_000];
     input.extend(noise(9, 4_000));
     let at = |x: f32| Pose { position: Vec3::new(x, 0.0, 0.0), ..Pose::IDENTITY };
-    let draft = BlockParams { tier: Tier::Draft, ..BlockParams::default() };
+    let draft = BlockParams { trim: DIRECT, ..BlockParams::default() };
     let from = |start: f32| {
         let pose = |i: usize| at(if i < 1_000 { start } else { -1.01 });
         render(&mut spatializer(&scene, RATE), &input, &[100], &draft, pose)

@@ -1,9 +1,7 @@
 //! Further sources in the room of a renderer: each alone is what an instance of its own would play but for what comes later.
 
 use promenade_core::glam::Vec3;
-use promenade_core::{
-    BlockParams, EmitterParams, Latency, Pose, Renderer, RendererConfig, Scene, Spatializer, Tier, Trim, Voice,
-};
+use promenade_core::{BlockParams, EmitterParams, Latency, Pose, Renderer, RendererConfig, Scene, Spatializer, Trim, Voice};
 use promenade_metrics::{c50_db, octave_of};
 use promenade_testing::noise;
 use promenade_testing::scenes::{room, room_of_responses, room_with_images, walk};
@@ -71,16 +69,14 @@ fn a_further_source_at_the_first_ones_place_is_the_first_one() {
     ];
     let (input, silence) = (noise(5, 48_000), vec![0.0; 48_000]);
     for (name, scene, bar) in scenes {
-        for tier in [Tier::Draft, Tier::Standard] {
-            for trim in [Trim::NEUTRAL, Trim { early: 0.5, decay: 1.3, width: 0.7, distance_law: 0.5, ..Trim::NEUTRAL }] {
-                let params = BlockParams { tier, trim, ..BlockParams::default() };
-                let wanted = alone(&scene, &input, Vec3::ZERO, &params, walk(RATE));
-                let mut s = with_further(&scene, 3);
-                let further = [(&silence[..], Vec3::X), (&input[..], Vec3::ZERO)];
-                let found = play(&mut s, &silence, &further, &[512, 31, 100], &params, walk(RATE));
-                let db = difference_db(&wanted, &found);
-                assert!(db < bar, "{name} {tier:?} {trim:?}: {db} dB");
-            }
+        for trim in [Trim::NEUTRAL, Trim { early: 0.5, decay: 1.3, width: 0.7, distance_law: 0.5, ..Trim::NEUTRAL }] {
+            let params = BlockParams { trim, ..BlockParams::default() };
+            let wanted = alone(&scene, &input, Vec3::ZERO, &params, walk(RATE));
+            let mut s = with_further(&scene, 3);
+            let further = [(&silence[..], Vec3::X), (&input[..], Vec3::ZERO)];
+            let found = play(&mut s, &silence, &further, &[512, 31, 100], &params, walk(RATE));
+            let db = difference_db(&wanted, &found);
+            assert!(db < bar, "{name} {trim:?}: {db} dB");
         }
     }
 }

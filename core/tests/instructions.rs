@@ -5,7 +5,7 @@
 //! is counted, and the test says so.
 
 use promenade_core::glam::Vec3;
-use promenade_core::{BlockParams, Carriers, Renderer, RendererConfig, Spatializer, Tier, Voice};
+use promenade_core::{BlockParams, Carriers, Renderer, RendererConfig, Spatializer, Voice};
 use promenade_testing::noise;
 use promenade_testing::scenes::{room, room_with_images, walk};
 use std::process::Command;
@@ -18,12 +18,8 @@ const BLOCKS: usize = 60;
 const WARM_UP: usize = 20;
 /// What is played, and instructions of its median and worst block in the tests' profile on x86-64. To fill memory with zeros
 /// counts as an instruction for each byte there.
-const LIMITS: [(&str, u64, u64); 4] = [
-    ("draft", 407_979, 579_336),
-    ("standard", 742_048, 1_080_074),
-    ("images", 1_958_961, 2_901_690),
-    ("further", 5_220_492, 7_802_992),
-];
+const LIMITS: [(&str, u64, u64); 3] =
+    [("standard", 742_048, 1_080_074), ("images", 1_958_961, 2_901_690), ("further", 5_220_492, 7_802_992)];
 /// Further sources of the last of them, which is `standard` otherwise.
 const FURTHER: usize = 15;
 /// As many instances of the same room play in turn where misses are counted: three times what the cache holds.
@@ -37,17 +33,16 @@ const MARGIN: f64 = 1.10;
 
 /// Callgrind counts from the beginning of this function to its end, each time anew.
 #[inline(never)]
-fn one_block(spatializer: &mut Spatializer, dry: &[f32], out: [&mut [f32]; 2], tier: Tier, at: usize) {
+fn one_block(spatializer: &mut Spatializer, dry: &[f32], out: [&mut [f32]; 2], at: usize) {
     let walk = walk(RATE);
     let further: [_; FURTHER] = std::array::from_fn(|i| Voice::at(dry, Vec3::new((i as f32).cos(), (i as f32).sin(), 0.0)));
-    spatializer.process(&[dry], &further, out, &BlockParams { tier, ..BlockParams::default() }, |i| walk(at + i));
+    spatializer.process(&[dry], &further, out, &BlockParams::default(), |i| walk(at + i));
 }
 
 #[test]
 #[ignore = "run by the test below, in valgrind"]
 fn plays() {
     let Ok(name) = env::var("PROMENADE_PLAYS") else { return };
-    let tier = if name == "draft" { Tier::Draft } else { Tier::Standard };
     let scene = if name == "images" { room_with_images(RATE, 1.0, 0.05, 60) } else { room(RATE, 1.0, 0.05) };
     let further = if name == "further" { FURTHER } else { 0 };
     let count = if name == "instances" { INSTANCES } else { 1 };
@@ -65,7 +60,7 @@ fn plays() {
     let (mut left, mut right) = (vec![0.0; 512], vec![0.0; 512]);
     for block in 0..BLOCKS / count {
         for spatializer in &mut spatializers {
-            one_block(spatializer, &dry, [&mut left, &mut right], tier, 512 * block);
+            one_block(spatializer, &dry, [&mut left, &mut right], 512 * block);
         }
     }
 }

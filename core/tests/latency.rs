@@ -1,11 +1,11 @@
 //! What is heard with a short latency is what is heard with the frame.
 
 use promenade_core::glam::Vec3;
-use promenade_core::{BlockParams, Carriers, Latency, Pose, Renderer, Scene, Spatializer, Tier, Trim};
+use promenade_core::{BlockParams, Carriers, Latency, Pose, Renderer, Scene, Spatializer, Trim};
 use promenade_metrics::tone_cleanliness;
 use promenade_testing::hostile::one_transfer;
 use promenade_testing::noise;
-use promenade_testing::scenes::{render, room, room_with_images, walk};
+use promenade_testing::scenes::{DIRECT, render, room, room_with_images, walk};
 use promenade_testing::signal::{difference_db, first_difference, impulse, peak_index};
 use std::sync::Arc;
 
@@ -56,10 +56,10 @@ fn ahead(yaw_deg: f32) -> Pose {
 fn a_room_of_noise_sounds_as_with_the_frame() {
     let scene = room(16_000.0, 0.4, 0.1);
     let trimmed = Trim { direct: 0.6, early: 1.4, late: 0.7, decay: 0.8, width: 0.5, ..Trim::NEUTRAL };
-    for (tier, trim) in [(Tier::Standard, Trim::NEUTRAL), (Tier::Standard, trimmed), (Tier::Draft, Trim::NEUTRAL)] {
-        let params = BlockParams { tier, trim, ..BlockParams::default() };
+    for trim in [Trim::NEUTRAL, trimmed, DIRECT] {
+        let params = BlockParams { trim, ..BlockParams::default() };
         let found = difference(&scene, &params, ahead(40.0));
-        assert!(found < -35.0, "{tier:?} {trim:?}: {found} dB");
+        assert!(found < -35.0, "{trim:?}: {found} dB");
     }
 }
 
@@ -70,9 +70,9 @@ fn scenes_of_the_factory_sound_as_with_the_frame() {
     for (name, bar) in [("iosr-room-a", -25.0), ("loft", -36.0)] {
         let file = format!("{}/../presets/scenes/{name}.promenade", env!("CARGO_MANIFEST_DIR"));
         let scene = Arc::new(Scene::from_bytes(&std::fs::read(file).unwrap()).unwrap());
-        for tier in [Tier::Standard, Tier::Draft] {
-            let found = difference(&scene, &BlockParams { tier, ..BlockParams::default() }, scene.start_pose());
-            assert!(found < bar, "{name} {tier:?}: {found} dB");
+        for trim in [Trim::NEUTRAL, DIRECT] {
+            let found = difference(&scene, &BlockParams { trim, ..BlockParams::default() }, scene.start_pose());
+            assert!(found < bar, "{name} {trim:?}: {found} dB");
         }
     }
 }

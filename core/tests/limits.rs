@@ -1,10 +1,8 @@
 //! Scenes at the edge of what a scene may be.
 
-use promenade_core::{
-    Bands, BlockParams, Pose, RenderError, Renderer, Scene, SceneError, StftGrid, TailModel, Tier, TransferShape,
-};
+use promenade_core::{Bands, BlockParams, Pose, RenderError, Renderer, Scene, SceneError, StftGrid, TailModel, TransferShape};
 use promenade_testing::noise;
-use promenade_testing::scenes::{render, room, spatializer};
+use promenade_testing::scenes::{DIRECT, render, room, spatializer};
 use std::sync::Arc;
 
 const RATE: f64 = 48_000.0;
@@ -37,7 +35,7 @@ fn the_shortest_reverberation_and_the_shortest_hops_sound() {
         assert!(room.iter().flatten().all(|v| v.is_finite() && v.abs() < 100.0), "{name}");
         assert!(room.iter().all(|ear| ear[latency..].iter().any(|v| v.abs() > 0.1)), "{name}: something is heard");
         s.reset();
-        let draft = BlockParams { tier: Tier::Draft, ..BlockParams::default() };
+        let draft = BlockParams { trim: DIRECT, ..BlockParams::default() };
         let direct = render(&mut s, &input, &[512], &draft, |_| Pose::IDENTITY);
         // The room fades out over the first hops.
         let from = latency + 8 * grid.hop;

@@ -7,7 +7,7 @@ use promenade_core::network::CloudKind;
 use promenade_core::published::{ConvMode, FrameMasks, Projection, PublishedStream};
 use promenade_core::{
     AnchorCloud, Bands, BlockParams, DecodeWorker, Decoded, LiveParams, Pose, Renderer, RendererConfig, Scene, SceneParts,
-    Spatializer, StftGrid, TailModel, Tier,
+    Spatializer, StftGrid, TailModel,
 };
 use promenade_testing::golden;
 use promenade_testing::noise;
@@ -35,8 +35,8 @@ fn spatializer(scene: &Arc<Scene>, rate: f64) -> Spatializer {
     s
 }
 
-fn params(tier: Tier) -> BlockParams {
-    BlockParams { tier, live: LiveParams { rate_hz: 40.0, wait: true }, ..BlockParams::default() }
+fn params() -> BlockParams {
+    BlockParams { live: LiveParams { rate_hz: 40.0, wait: true }, ..BlockParams::default() }
 }
 
 fn walk(i: usize) -> Pose {
@@ -56,46 +56,43 @@ fn a_scene_with_a_cloud_survives_the_file() {
 
 #[test]
 fn blocks_of_any_size_sound_alike_and_twice_the_same() {
-    let scene = scene(CloudKind::SimpleSh, ConvMode::LookAhead, Projection::Diagonal);
     let input = noise(1, 22_050);
-    for tier in [Tier::High, Tier::Reference] {
-        let run = |sizes: &[usize]| render(&mut spatializer(&scene, RATE), &input, sizes, &params(tier), walk);
+    for conv in [ConvMode::Off, ConvMode::LookAhead] {
+        let scene = scene(CloudKind::SimpleSh, conv, Projection::Diagonal);
+        let run = |sizes: &[usize]| render(&mut spatializer(&scene, RATE), &input, sizes, &params(), walk);
         let whole = run(&[512]);
         assert!(whole.iter().flatten().all(|v| v.is_finite()) && whole[0].iter().any(|v| v.abs() > 1e-3));
-        assert!(whole == run(&[512]), "{tier:?} differs from itself");
+        assert!(whole == run(&[512]), "{conv:?} differs from itself");
         for (a, b) in whole.iter().flatten().zip(run(&[1, 700, 64]).iter().flatten()) {
-            assert!((a - b).abs() < 1e-5, "{tier:?}");
+            assert!((a - b).abs() < 1e-5, "{conv:?}");
         }
     }
 }
 
 #[test]
-fn all_tiers_come_at_the_same_time() {
-    // A click: the stream of either tier has it where the latency says.
-    for conv in [ConvMode::LookAhead, ConvMode::Causal] {
+fn a_click_comes_when_the_latency_says() {
+    for conv in [ConvMode::LookAhead, ConvMode::Causal, ConvMode::Off] {
         let scene = scene(CloudKind::SimpleSh, conv, Projection::Diagonal);
-        for tier in [Tier::High, Tier::Reference] {
-            let mut s = spatializer(&scene, RATE);
-            let (at, latency) = (4_000, s.latency_samples());
-            let mut input = vec![0.0; 12_000];
-            input[at] = 1.0;
-            let out = render(&mut s, &input, &[256], &params(tier), |_| Pose::IDENTITY);
-            let peak = (0..out[0].len()).max_by(|a, b| out[0][*a].abs().total_cmp(&out[0][*b].abs())).unwrap();
-            // The network's biases spread a click over a window.
-            assert!(peak.abs_diff(at + latency) < 300, "{conv:?} {tier:?}: {peak} for {}", at + latency);
-        }
+        let mut s = spatializer(&scene, RATE);
+        let (at, latency) = (4_000, s.latency_samples());
+        let mut input = vec![0.0; 12_000];
+        input[at] = 1.0;
+        let out = render(&mut s, &input, &[256], &params(), |_| Pose::IDENTITY);
+        let peak = (0..out[0].len()).max_by(|a, b| out[0][*a].abs().total_cmp(&out[0][*b].abs())).unwrap();
+        // The network's biases spread a click over a window.
+        assert!(peak.abs_diff(at + latency) < 300, "{conv:?}: {peak} for {}", at + latency);
     }
 }
 
 #[test]
-fn the_tier_reference_is_the_published_head_as_a_stream() {
+fn the_published_head_is_played_as_a_stream() {
     for (conv, projection) in [(ConvMode::LookAhead, Projection::Row(36)), (ConvMode::Causal, Projection::Diagonal)] {
         let scene = scene(CloudKind::Full, conv, projection);
         let input = noise(5, 127 * 80);
         let mut s = spatializer(&scene, RATE);
         // Before that, nothing that came in is due yet.
         let due = s.latency_samples();
-        let heard = render(&mut s, &input, &[300], &params(Tier::Reference), |_| Pose::IDENTITY);
+        let heard = render(&mut s, &input, &[300], &params(), |_| Pose::IDENTITY);
 
         let cloud = scene.cloud().unwrap();
         let mut decoder = CloudDecoder::new(&scene).unwrap();
@@ -133,7 +130,7 @@ fn between(sound: &[f32], at: f64) -> f64 {
 }
 
 #[test]
-fn the_tier_reference_sounds_at_every_rate_as_at_the_models() {
+fn the_published_head_sounds_at_every_rate_as_at_the_models() {
     // A second of noise below 0.7 of the model's band, which the slowest host still has: its bins are whole numbers of hertz.
     let count = RATE as usize;
     let mut spectrum = promenade_fourier::spectrum(noise(9, count), count);
@@ -146,7 +143,7 @@ fn the_tier_reference_sounds_at_every_rate_as_at_the_models() {
         let scene = scene(kind, conv, Projection::Diagonal);
         let heard = |rate: f64| {
             let mut s = spatializer(&scene, rate);
-            let out = render(&mut s, &at_rate(rate), &[512], &params(Tier::Reference), |_| Pose::IDENTITY);
+            let out = render(&mut s, &at_rate(rate), &[512], &params(), |_| Pose::IDENTITY);
             (out, s.latency_samples())
         };
         let (own, own_latency) = heard(RATE);
@@ -176,7 +173,7 @@ fn what_the_model_has_no_band_for_does_not_alias_into_it() {
     for hz in [12_500.0, 15_000.0, 20_000.0] {
         let tone: Vec<f32> = (0..48_000).map(|i| (std::f64::consts::TAU * hz * f64::from(i) / 48_000.0).sin() as f32).collect();
         let mut s = spatializer(&scene, 48_000.0);
-        let out = render(&mut s, &tone, &[512], &params(Tier::Reference), |_| Pose::IDENTITY);
+        let out = render(&mut s, &tone, &[512], &params(), |_| Pose::IDENTITY);
         // The tone begins and ends at once, which is heard in every band.
         let loudest = out.iter().flat_map(|ear| &ear[20_000..46_000]).fold(0.0_f32, |a, x| a.max(x.abs()));
         println!("{hz} Hz: {:.1} dB", 20.0 * loudest.log10());
@@ -185,24 +182,19 @@ fn what_the_model_has_no_band_for_does_not_alias_into_it() {
 }
 
 #[test]
-fn what_a_scene_lacks_is_played_as_what_it_has() {
-    let cloud = scene(CloudKind::Sh, ConvMode::Causal, Projection::Diagonal);
-    assert_eq!(Tier::ALL.map(|t| cloud.played_tier(t)), [Tier::High, Tier::High, Tier::High, Tier::Reference]);
-    let renderer = |scene: &Arc<Scene>, rate| live_renderer(scene, rate);
-    assert_eq!(renderer(&cloud, RATE).played_tier(Tier::Reference), Tier::Reference);
-    assert_eq!(renderer(&cloud, 48_000.0).played_tier(Tier::Reference), Tier::Reference);
-    assert_eq!(renderer(&cloud, 47_999.0).played_tier(Tier::Reference), Tier::High, "no whole number of samples in a block");
-    let off = scene(CloudKind::Sh, ConvMode::Off, Projection::Diagonal);
-    assert_eq!(off.played_tier(Tier::Reference), Tier::High);
-    assert!(renderer(&off, RATE).latency_samples() < renderer(&cloud, RATE).latency_samples());
+fn layers_that_cannot_be_converted_are_left_out() {
+    let [off, cloud] = [ConvMode::Off, ConvMode::Causal].map(|conv| scene(CloudKind::Sh, conv, Projection::Diagonal));
+    let latency = |scene: &Arc<Scene>, rate| live_renderer(scene, rate).latency_samples();
+    assert!(latency(&off, RATE) < latency(&cloud, RATE) && latency(&off, 48_000.0) < latency(&cloud, 48_000.0));
+    assert_eq!(latency(&off, 47_999.0), latency(&cloud, 47_999.0), "no whole number of samples in a block");
 }
 
 #[test]
 fn silence_stays_silent() {
-    let scene = scene(CloudKind::Full, ConvMode::LookAhead, Projection::Diagonal);
-    for tier in [Tier::High, Tier::Reference] {
-        let out = render(&mut spatializer(&scene, RATE), &vec![0.0; 8_000], &[480], &params(tier), walk);
-        assert!(out.iter().flatten().all(|v| *v == 0.0), "{tier:?}");
+    for conv in [ConvMode::Off, ConvMode::LookAhead] {
+        let scene = scene(CloudKind::Full, conv, Projection::Diagonal);
+        let out = render(&mut spatializer(&scene, RATE), &vec![0.0; 8_000], &[480], &params(), walk);
+        assert!(out.iter().flatten().all(|v| *v == 0.0), "{conv:?}");
     }
 }
 
@@ -251,8 +243,7 @@ fn late_answers_are_heard(rate: f64) {
     let mut out = [vec![0.0; tone.len()], vec![0.0; tone.len()]];
     let live = LiveParams { rate_hz: 40.0, wait: false };
     for (block, x) in tone.chunks(441).enumerate() {
-        let tier = if block / 20 % 2 == 0 { Tier::High } else { Tier::Reference };
-        let params = BlockParams { tier, live, ..BlockParams::default() };
+        let params = BlockParams { live, ..BlockParams::default() };
         let at = block * 441;
         let [l, r] = &mut out;
         let out = [&mut l[at..at + x.len()], &mut r[at..at + x.len()]];

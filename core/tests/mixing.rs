@@ -1,6 +1,6 @@
 //! Gain, mix, bypass and scene changes belong to the sample they come with.
 
-use promenade_core::{BlockParams, Pose, Renderer, Spatializer, Tier};
+use promenade_core::{BlockParams, Pose, Renderer, Spatializer};
 use promenade_testing::noise;
 use promenade_testing::scenes::{render, room, spatializer};
 use std::sync::Arc;
@@ -93,20 +93,6 @@ fn without_a_scene_the_dry_sound_passes_and_a_scene_fades_in() {
     assert!(s.swap_in(Box::new(renderer.into())).is_ok());
     let out = render(&mut s, &vec![0.25; 9_000], &[512], &params, STILL);
     assert!(steepest(&out[0][1_000..]) < 0.01);
-}
-
-#[test]
-fn a_tier_fades_in_and_sounds_as_if_it_had_always_been_on() {
-    let scene = room(16_000.0, 0.3, 0.1);
-    let input = noise(9, 96_000);
-    let params = |tier: Tier| BlockParams { tier, ..BlockParams::default() };
-    let moved = |i: usize| Pose::from_ypr(promenade_core::glam::Vec3::ZERO, if i < 9_000 { 0.0 } else { 1.0 }, 0.0, 0.0);
-    let always = render(&mut spatializer(&scene, RATE), &input, &[512], &params(Tier::Standard), moved);
-    let mut s = spatializer(&scene, RATE);
-    render(&mut s, &input[..24_000], &[512], &params(Tier::Draft), moved);
-    let later = render(&mut s, &input[24_000..], &[512], &params(Tier::Standard), |_| moved(24_000));
-    let worst = later[0][48_000..].iter().zip(&always[0][72_000..]).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
-    assert!(worst < 1e-4, "{worst}");
 }
 
 #[test]

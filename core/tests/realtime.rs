@@ -2,10 +2,9 @@
 
 use assert_no_alloc::assert_no_alloc;
 use promenade_core::glam::Vec3;
-use promenade_core::{BlockParams, EmitterParams, Emitters, Renderer, RendererConfig, Scene, Spatializer, Tier, Trim, Voice};
+use promenade_core::{BlockParams, EmitterParams, Emitters, Renderer, RendererConfig, Scene, Spatializer, Trim, Voice};
 use promenade_testing::noise;
 use promenade_testing::scenes::{full_renderer, room_with_cloud, room_with_images, spatializer, walk};
-use std::collections::BTreeSet;
 use std::sync::Arc;
 
 /// Another trim for each turn, sometimes none.
@@ -30,7 +29,7 @@ fn pair(scene: &Arc<Scene>, rate: f64) -> Box<Emitters> {
 #[test]
 fn processing_never_allocates() {
     for rate in [8_000.0, 44_100.0, 48_000.0, 192_000.0] {
-        // The second scene has the rate that is played, which the tier Reference asks for.
+        // The second scene has the rate that is played.
         let (first, second) = (room_with_cloud(16_000.0, 0.4, 0.1), room_with_cloud(rate, 0.8, 0.1));
         let mut s = Spatializer::new(rate);
         s.install(pair(&first, rate));
@@ -39,15 +38,12 @@ fn processing_never_allocates() {
         let pose = walk(rate);
         let mut next = Some(pair(&second, rate));
         let mut retired = None;
-        let mut played = BTreeSet::new();
         let mut at = 0;
         for (turn, size) in [1, 7, 64, 511, 4_096, 0, 480, 8_192, 33, 2_000].into_iter().cycle().take(40).enumerate() {
             if at + size > input.len() {
                 at = 0;
             }
-            let tier = Tier::ALL[turn % 4];
             let params = BlockParams {
-                tier,
                 mix: 1.0 / (turn + 1) as f32,
                 gain: turn as f32,
                 bypass: turn % 5 == 4,
@@ -74,9 +70,7 @@ fn processing_never_allocates() {
                 }
             });
             at += size;
-            played.extend(s.renderer().map(|renderer| renderer.played_tier(tier)).filter(|_| size > 0));
         }
-        assert_eq!(Vec::from_iter(played), Tier::ALL);
         assert!(next.is_none() && retired.is_some(), "the swap took place");
     }
 }
@@ -90,7 +84,7 @@ fn image_sources_never_allocate() {
         let pose = walk(rate);
         let mut at = 0;
         for (turn, size) in [1, 64, 511, 4_096, 480].into_iter().cycle().take(20).enumerate() {
-            let params = BlockParams { tier: Tier::ALL[turn % 2], ..BlockParams::default() };
+            let params = BlockParams::default();
             // Now and then the listener is somewhere else at once.
             let start = at + 7_919 * (turn / 3);
             assert_no_alloc(|| {
@@ -115,7 +109,7 @@ fn further_sources_never_allocate() {
         let (mut left, mut right) = (vec![0.0; 4_096], vec![0.0; 4_096]);
         let pose = walk(48_000.0);
         for (turn, size) in [1, 64, 511, 4_096, 480].into_iter().cycle().take(30).enumerate() {
-            let params = BlockParams { tier: Tier::ALL[turn / 3 % 2], trim: trim(turn), ..BlockParams::default() };
+            let params = BlockParams { trim: trim(turn), ..BlockParams::default() };
             let at = (1_371 * turn) % (input.len() - size);
             // More, fewer and shorter sounds than there are sources.
             let offset = Vec3::new(0.1 * turn as f32, 0.0, 0.0);

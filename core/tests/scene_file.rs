@@ -4,7 +4,7 @@ use promenade_core::glam::{Mat3, Vec3};
 use promenade_core::head::HEAD_BANDS;
 use promenade_core::{
     Axis, Bands, Emission, Facing, Field, FieldGrid, Lifted, MeasuredHead, MeasuredRoom, Pose, Provenance, Rows, Scene,
-    SceneCard, SceneError, SceneParts, Site, StftGrid, TailModel, Tier, TransferShape,
+    SceneCard, SceneError, SceneParts, Site, StftGrid, TailModel, TransferShape,
 };
 use promenade_testing::noise;
 use promenade_testing::scenes::{room, room_with_images};
@@ -133,7 +133,6 @@ fn one_transfer_function_is_heard_at_every_pose() {
     transfer.mixture.fill(0.5);
     transfer.taps.iter_mut().zip(noise(1, 24)).for_each(|(t, v)| *t = v.abs());
     let scene = Scene::of_transfer(&transfer, grid, bands.clone(), tail.clone(), top_hz).unwrap();
-    assert_eq!(scene.tiers().collect::<Vec<_>>(), [Tier::Draft, Tier::Standard]);
     for pose in [Pose::IDENTITY, Pose::from_ypr(Vec3::new(3.0, -2.0, 1.0), 2.0, 0.5, -0.3)] {
         assert_eq!(scene.field().unwrap().decode(&pose), transfer);
     }
@@ -151,7 +150,6 @@ fn the_head_of_a_file_says_what_the_whole_does() {
         assert!(head < bytes.len());
         let card = SceneCard::from_head(&bytes[..head]).unwrap();
         assert_eq!(&card.provenance, scene.provenance());
-        assert_eq!(card.tiers, Tier::ALL.into_iter().filter(|tier| scene.has_tier(*tier)).collect::<Vec<_>>());
         assert_eq!(card.held_out, scene.held_out().len());
         for len in 0..head {
             assert!(SceneCard::from_head(&bytes[..len]).is_err(), "{len} of {head} bytes of the head");

@@ -4,8 +4,11 @@ use assert_no_alloc::assert_no_alloc;
 use promenade_core::{
     Audible, BlockParams, Emitters, FrontPoint, ImageSource, Measure, Pose, Renderer, Scene, SceneParts, Setting, glam::Vec3,
 };
+use promenade_testing::hostile::is_output;
 use promenade_testing::noise;
-use promenade_testing::scenes::{render, room, room_of_responses, room_with_images, spatializer, walk};
+use promenade_testing::scenes::{
+    played_by, render, room, room_of_responses, room_with_cloud, room_with_images, spatializer, walk,
+};
 use std::sync::Arc;
 
 const RATE: f64 = 16_000.0;
@@ -69,6 +72,20 @@ fn a_front_comes_back_from_a_file_and_stays_with_all_of_the_scene_alone() {
     assert!(kept(&read, front[1].setting).parts().front.is_empty(), "errors are to the scene that it was");
     let wrong = SceneParts { front: vec![point(all, f32::NAN, Measure::Itd)], ..scene.parts().clone() };
     assert!(Scene::new(wrong).unwrap_err().to_string().contains("front"));
+}
+
+#[test]
+fn a_cloud_that_is_not_decoded_leaves_its_table() {
+    let scene = room_with_cloud(RATE, 0.3, 0.1);
+    let table = kept(&scene, Setting { decodes: 0, ..Setting::ALL });
+    assert!(table.cloud().is_none() && table.parts().decodes == usize::MAX);
+    assert_eq!(table.parts().field, played_by(&scene, None).parts().field);
+    // Without a table it is decoded all the same.
+    let mut parts = scene.parts().clone();
+    parts.field = None;
+    let bare = Scene::new(parts).unwrap();
+    assert_eq!(Setting { decodes: 0, ..Setting::ALL }.of(&bare).decodes, 1);
+    assert!(kept(&bare, Setting { decodes: 0, ..Setting::ALL }).cloud().is_some());
 }
 
 #[test]
@@ -166,5 +183,44 @@ fn a_knob_that_is_turned_all_the_time_clicks_no_more_than_it_must_and_allocates_
         let level = |ear: &[f32]| ear.chunks(800).map(|c| c.iter().map(|x| x * x).sum::<f32>()).fold(f32::MAX, f32::min);
         let levels = still.each_ref().map(|ears| level(&ears[ear][8_000..76_000]));
         assert!(level(&turned[8_000..76_000]) > 0.5 * levels.into_iter().fold(f32::MAX, f32::min));
+    }
+}
+
+#[test]
+fn a_knob_that_is_turned_stays_finite_at_every_rate_and_block_whatever_comes_in() {
+    let scene = room_with_images(RATE, 0.3, 0.1, 20);
+    let all = Setting::ALL;
+    let settings = [all, Setting { images: 5, order: 1, ..all }, Setting { taps: 12, images: 2, order: 0, refresh: 4, ..all }];
+    let scenes = settings.map(|setting| kept(&scene, setting));
+    for (rate, block) in [(8_000.0, 1), (8_000.0, 8_192), (48_000.0, 31), (192_000.0, 64), (192_000.0, 8_192)] {
+        let made = |n: usize| -> Box<Emitters> { Box::new(Renderer::new(Arc::clone(&scenes[n % 3]), rate).unwrap().into()) };
+        let mut ready: Vec<_> = (0..6).map(made).collect();
+        let mut retired: Vec<Box<Emitters>> = Vec::with_capacity(8);
+        let mut s = spatializer(&scenes[0], rate);
+        let len = (0.8 * rate) as usize;
+        let mut input = noise(7, len);
+        // A third is 200 dB too loud, and a third has every other sample no number.
+        input[len / 3..2 * len / 3].iter_mut().for_each(|x| *x *= 1e10);
+        input[2 * len / 3..].iter_mut().step_by(2).for_each(|x| *x = f32::NAN);
+        let [mut left, mut right] = [(); 2].map(|()| vec![0.0; block]);
+        let (mut next, mut at) = (0, 0);
+        for x in input.chunks(block) {
+            let out = [&mut left[..x.len()], &mut right[..x.len()]];
+            assert_no_alloc(|| {
+                if at >= next
+                    && s.is_free()
+                    && let Some(renderer) = ready.pop()
+                {
+                    next = at + (0.05 * rate) as usize;
+                    assert!(s.swap_in_sounding(renderer).is_ok());
+                }
+                s.process(&[x], &[], out, &BlockParams::default(), walk(rate));
+                retired.extend(s.take_retired());
+            });
+            at += x.len();
+            let played = left[..x.len()].iter().chain(&right[..x.len()]);
+            assert!(played.copied().all(is_output), "{rate} Hz, blocks of {block}, at {at}");
+        }
+        assert!(!retired.is_empty(), "{rate} Hz, blocks of {block}: nothing was swapped");
     }
 }

@@ -1,10 +1,10 @@
 //! How the engine sounds: blocks, latency, silence, tails, tones.
 
 use promenade_core::glam::Vec3;
-use promenade_core::{BlockParams, Pose, Tier};
+use promenade_core::{BlockParams, Pose, Trim};
 use promenade_metrics::tone_cleanliness;
 use promenade_testing::noise;
-use promenade_testing::scenes::{render, room, spatializer, walk};
+use promenade_testing::scenes::{DIRECT, render, room, spatializer, walk};
 use std::f32::consts::{PI, TAU};
 
 const RATE: f64 = 48_000.0;
@@ -61,16 +61,16 @@ fn a_circling_tone_stays_a_tone() {
     let scene = room(16_000.0, 0.5, 0.05);
     let input: Vec<f32> = (0..4 * 48_000).map(|i| 0.5 * (TAU * (1000.0 * f64::from(i) / RATE).fract() as f32).sin()).collect();
     let circle = |i: usize| Pose::from_ypr(Vec3::ZERO, (i as f64 / RATE) as f32 * PI / 2.0, 0.0, 0.0);
-    for (tier, walking) in [(Tier::Draft, false), (Tier::Standard, false), (Tier::Standard, true)] {
+    for (trim, walking) in [(DIRECT, false), (Trim::NEUTRAL, false), (Trim::NEUTRAL, true)] {
         let mut s = spatializer(&scene, RATE);
-        let params = BlockParams { tier, ..BlockParams::default() };
+        let params = BlockParams { trim, ..BlockParams::default() };
         let out = if walking {
             render(&mut s, &input, &[512], &params, walk(RATE))
         } else {
             render(&mut s, &input, &[512], &params, circle)
         };
         let c = tone_cleanliness(&out[0], RATE, 1000.0).unwrap();
-        println!("{tier:?} walking {walking}: {c:?}");
-        assert!(c.outside_median_db <= -70.0 && c.outside_worst_db <= -55.0, "{tier:?} {walking}: {c:?}");
+        println!("{trim:?} walking {walking}: {c:?}");
+        assert!(c.outside_median_db <= -70.0 && c.outside_worst_db <= -55.0, "{trim:?} {walking}: {c:?}");
     }
 }

@@ -1,7 +1,7 @@
 //! What a user changes about a scene's sound, measured on what is heard of an impulse.
 
 use promenade_core::glam::Vec3;
-use promenade_core::{BlockParams, Pose, Scene, Tier, Trim};
+use promenade_core::{BlockParams, Pose, Scene, Trim};
 use promenade_metrics::{DecayRange, decay_time_s};
 use promenade_testing::noise;
 use promenade_testing::scenes::{full_renderer, render, room, room_of_responses, room_with_images, spatializer};
@@ -247,11 +247,12 @@ fn changes_do_not_click() {
 #[test]
 fn a_live_decoder_s_sound_is_trimmed_too() {
     let scene = promenade_testing::scenes::room_with_cloud(16_000.0, 0.5, 0.1);
+    let scene = promenade_testing::scenes::played_by(&scene, Some(promenade_core::published::ConvMode::Off));
     let heard = |trim: Trim| {
         let mut s = promenade_core::Spatializer::new(16_000.0);
         s.install(Box::new(full_renderer(&scene, 16_000.0, 1)));
         let live = promenade_core::LiveParams { wait: true, ..Default::default() };
-        let params = BlockParams { tier: Tier::High, live, trim, ..BlockParams::default() };
+        let params = BlockParams { live, trim, ..BlockParams::default() };
         let mut input = vec![0.0; 8_000];
         input[0] = 1.0;
         render(&mut s, &input, &[512], &params, |_| Pose::from_ypr(Vec3::ZERO, 0.2, 0.0, 0.0))

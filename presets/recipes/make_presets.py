@@ -53,6 +53,11 @@ def walk(place, *points, z=1.5):
     return {"library": place, "follow": "transport", "path": keyframes}
 
 
+def still(*points):
+    """Keyframes of a source that looks ahead: (seconds, x, y)."""
+    return [{"t": t, "position": [x, y, 0.0], "ypr": [0.0, 0.0, 0.0]} for t, x, y in points]
+
+
 # Name: what it is for, a sentence, and differences from the plugin's defaults: parameters in their own units as a state keeps them, a place
 # of the library, and the keyframes of a camera path.
 PRESETS = {
@@ -99,10 +104,14 @@ PRESETS = {
     "Loft, walk round the corner": (
         ["walk", "film"], "From one wing of a loft round the corner to the source in the other, with the host's transport.",
         walk("l-shaped-loft", (0.0, 10.5, 2.0), (6.0, 4.6, 2.4), (9.0, 2.6, 4.4), (13.0, 2.5, 6.4))),
+    "Loft, a voice walks past": (
+        ["walk", "film"], "A voice that comes past you and goes round the corner, with the host's transport, again and again.",
+        {"loft": True, "follow": "transport", "source path": still(
+            (0.0, 0.6, 1.8), (4.0, 1.4, 0.0), (8.0, 0.2, -1.9), (12.0, -3.4, -1.6), (18.0, -3.8, -7.0), (24.0, -3.4, -1.0), (28.0, 0.6, 1.8))}),
     "Direct sound only, for head tracking on many tracks": (
-        ["walk"], "The cheapest tier, without the room: for a head tracker on many tracks at once.", {"tier": "draft"}),
+        ["walk"], "The direct sound without the room: for a head tracker on many tracks at once.", {"early": -60.0, "late": -60.0}),
 }
-KINDS = {"scene": "string", "follow": "string", "tier": "string"}
+KINDS = {"scene": "string", "follow": "string"}
 
 
 def about(name, uses, sentence):
@@ -143,9 +152,13 @@ def make(template):
         # A new instance plays the loft as its own scene; presets name what they play.
         preset["params"]["scene"], preset["fields"]["scene"] = {"string": "iosr-room-a"}, "{}"
         for key, value in changes.items():
-            if key == "path":
+            if key in ("path", "source path"):
                 walk = {"keyframes": value, "speed": 1.0, "looping": True, "slot": 0}
-                preset["fields"]["walk"] = json.dumps(walk, separators=(",", ":"))
+                field, walk = ("walk", walk) if key == "path" else ("walks", {"1": walk})
+                preset["fields"][field] = json.dumps(walk, separators=(",", ":"))
+            elif key == "loft":
+                # A new instance plays the one that is built in.
+                preset["params"]["scene"], preset["fields"]["scene"] = state["params"]["scene"], state["fields"]["scene"]
             elif key == "library":
                 # By its file's name, so that a place that is made again is still found.
                 scene = {"hash": "", "title": value, "absolute": f"{value}.promenade", "from_home": "", "slot": 0}

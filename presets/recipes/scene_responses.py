@@ -1,10 +1,9 @@
 #!/usr/bin/env python3
 """Compares scenes' answers to a click with the responses of a room, at a capture's test poses or at all.
 
-Usage: scene_responses.py ROOM [CAPTURE] SCENE:TIER...
+Usage: scene_responses.py ROOM [CAPTURE] SCENE...
 
-ROOM is a folder of `promenade simulate box`, CAPTURE what `promenade capture from-responses` made of it, a tier one of those of `promenade
-render`. With CAPTURE every fourth of its test poses is compared, without it every response of ROOM. Needs `promenade` on the PATH and nothing
+ROOM is a folder of `promenade simulate box`, CAPTURE what `promenade capture from-responses` made of it. With CAPTURE every fourth of its test poses is compared, without it every response of ROOM. Needs `promenade` on the PATH and nothing
 besides Python. Prints, per scene, the means of T20, EDT, C50, ILD and ITD of what was rendered and their mean absolute errors, the median and the
 largest in brackets; definitions are those of `promenade measure --response`.
 """
@@ -53,12 +52,11 @@ def main(room, capture, scenes):
         print(f"| {len(poses)} poses | " + " | ".join(FIGURES) + " |\n|---|" + "---:|" * len(FIGURES))
         print("| responses | " + " | ".join(f"{statistics.mean(t[f] for t in truth):.3f}" for f in FIGURES) + " |")
         for scene in scenes:
-            path, _, tier = scene.rpartition(":")
             found = []
             for r in poses:
                 listener = r["listener"]
                 pose = ",".join(str(v) for v in listener["position"] + listener["ypr"])
-                subprocess.run(["promenade", "render", path, click, heard, "--tier", tier, "--pose", pose], capture_output=True, check=True)
+                subprocess.run(["promenade", "render", scene, click, heard, "--pose", pose], capture_output=True, check=True)
                 found.append(figures(heard))
             cells = []
             for f in FIGURES:
@@ -71,5 +69,5 @@ def main(room, capture, scenes):
 if __name__ == "__main__":
     if len(sys.argv) < 3:
         sys.exit(__doc__)
-    with_capture = ":" not in sys.argv[2]
+    with_capture = not sys.argv[2].endswith(".promenade")
     main(Path(sys.argv[1]), Path(sys.argv[2]) if with_capture else None, sys.argv[2 + with_capture :])

@@ -89,9 +89,9 @@ def main():
     with wave.open(str(out / "dry.wav"), "wb") as dry:
         dry.setparams((1, 2, RATE, 0, "NONE", ""))
         dry.writeframes(bursts(rng))
-    absorption = ";".join(",".join(map(str, wall)) for wall in WALLS)
+    absorption = ";".join("/".join(map(str, wall)) for wall in WALLS)
     place, size = (",".join(map(str, v)) for v in (EMITTER, SIZE))
-    run("simulate", "box", "--size", size, "--emitter", place, "--absorption", absorption, "--head", args.sofa,
+    run("simulate", "box", "--size", size, "--emitter", place, "--materials", absorption, "--head", args.sofa,
         "--path", out / "walk.json", "--rate", RATE, "--seed", args.seed, "-o", out / "room")
     manifest = out / "room/responses.json"
     manifest.write_text(json.dumps(json.loads(manifest.read_text()) | {"credit": CREDIT, "licence": LICENCE}))
@@ -99,6 +99,7 @@ def main():
     run("anchors", "--box", size, "-n", 64, "--seed", args.seed, "-o", out / "anchors.safetensors")
     run("train", out / "capture", "--anchors", out / "anchors.safetensors", "--settings", out / "settings.json", "--steps", args.steps,
         "--seed", args.training_seed, "--title", "Box, a simulated room", "-o", out / "box.promenade")
+    run("bake", "less", out / "box.promenade", "-o", out / "box.promenade")
 
 
 if __name__ == "__main__":

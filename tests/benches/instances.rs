@@ -127,7 +127,7 @@ fn main() {
         Ok(_) => return table::<Vst3>(),
         Err(_) => (),
     }
-    println!("{}, {}, tier Standard, {RUNS} runs of {SECONDS} s, of one core\n", machine(), env::consts::OS);
+    println!("{}, {}, {RUNS} runs of {SECONDS} s, of one core\n", machine(), env::consts::OS);
     let this = env::current_exe().expect("a bench has its own file");
     println!("| format | rate | opening 1 | 50 | 200 |");
     println!("|---|---|---|---|---|");

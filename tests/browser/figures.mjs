@@ -18,14 +18,14 @@ const root = process.cwd();
 const folder = mkdtempSync(join(tmpdir(), "promenade-figures-"));
 const site = join(folder, "site");
 const SCENES = {
-  "living room": ["presets/library/living-room.promenade", "standard"],
-  "box, High": ["presets/scenes/box.promenade", "high"],
-  "Room A": ["presets/scenes/iosr-room-a.promenade", "standard"],
+  "living room": "presets/library/living-room.promenade",
+  box: "presets/scenes/box.promenade",
+  "Room A": "presets/scenes/iosr-room-a.promenade",
 };
 run(
   program,
   "web",
-  ...Object.values(SCENES).map(([s]) => join(root, s)),
+  ...Object.values(SCENES).map((s) => join(root, s)),
   "--dry",
   join(root, "data/speech.wav"),
   "--path",
@@ -58,11 +58,10 @@ const RATE = 48_000;
 const BLOCKS = 375 * 24;
 const input = noise(128 * BLOCKS, 0.25);
 /** Milliseconds that a block takes with so many sounds, 1 m apart. */
-function cost(scene, tier, sounds) {
+function cost(scene, sounds) {
   const instance = new Instance(module);
   instance.f.start(RATE);
-  instance.take("load", readFileSync(join(root, scene)), 2, sounds - 1);
-  instance.f.set(0, tier === "high" ? 2 : 1);
+  instance.take("load", readFileSync(join(root, scene)), 2, sounds - 1, 0);
   instance.take("path", rows);
   instance.f.walk(0, 1, 1);
   for (let sound = 1; sound < sounds; sound++) instance.f.put(sound, 0, sound - sounds / 2, 0);
@@ -81,14 +80,14 @@ function cost(scene, tier, sounds) {
   play(BLOCKS);
   return process.cpuUsage(before).user / 1000 / BLOCKS;
 }
-for (const [name, [scene, tier]] of Object.entries(SCENES)) {
-  const here = cost(scene, tier, 1);
+for (const [name, scene] of Object.entries(SCENES)) {
+  const here = cost(scene, 1);
   console.log(
     `${name}: a block of 128 (2.667 ms) takes ${here.toFixed(4)} ms; with eight sounds in one engine ` +
-      `${(cost(scene, tier, 8) / here).toFixed(2)} times as long`,
+      `${(cost(scene, 8) / here).toFixed(2)} times as long`,
   );
   if (native === "-") continue;
-  const there = Number(run(native, join(root, scene), tier, BLOCKS, join(site, contents.paths[0].file)));
+  const there = Number(run(native, join(root, scene), BLOCKS, join(site, contents.paths[0].file)));
   console.log(`  compiled for this machine ${there.toFixed(4)} ms: here ${(here / there).toFixed(2)} times as long`);
 }
 

@@ -87,7 +87,7 @@ async function heardTo(page, what, holds) {
  * The walk in the browser and by `render`. With speech: an image's delay is interpolated from the same six samples over a whole
  * vector, whose length is the machine's, and above 8 kHz that is heard in a comparison (noise: -62 dB).
  */
-async function asRender(scene, tier) {
+async function asRender(scene) {
   const input = threefold(readWav("data/speech.wav").channels[0].slice(16_000, 4 * 16_000));
   const [dry, out] = [join(folder, "dry.wav"), join(folder, "out.wav")];
   writeWav(dry, RATE, [input]);
@@ -103,17 +103,13 @@ async function asRender(scene, tier) {
     "32f",
     "--block",
     128,
-    "--tier",
-    tier,
   );
   const wanted = readWav(out).channels;
-  const settings = { tier };
   const played = await play(await benchPage(), {
     scene: contents.scenes[scene].file,
     input,
     rate: RATE,
     path: rows,
-    settings,
     inline: true,
   });
   const length = input.length - played.latency;
@@ -129,24 +125,19 @@ async function asRender(scene, tier) {
 const turned = (start, t) => [...start, 0, 0, Math.sin((Math.PI / 4) * t), Math.cos((Math.PI / 4) * t)];
 
 const tests = {
-  "a walk in the living room is what render makes": () => asRender(0, "standard"),
-  "a walk in the decoded box is what render makes": () => asRender(1, "high"),
-  "a walk in measured Room A is what render makes": () => asRender(2, "standard"),
+  "a walk in the living room is what render makes": () => asRender(0),
+  "a walk in the decoded box is what render makes": () => asRender(1),
+  "a walk in measured Room A is what render makes": () => asRender(2),
 
   async "after a reset the second pass is the first"() {
     const input = noise(375 * 128, 0.25);
     const said = [];
-    for (const [scene, tier] of [
-      [0, "standard"],
-      [1, "high"],
-      [2, "standard"],
-    ]) {
+    for (const scene of [0, 1, 2]) {
       const { ears } = await play(await benchPage(), {
         scene: contents.scenes[scene].file,
         input,
         rate: RATE,
         path: rows,
-        settings: { tier },
         inline: true,
         reset: true,
       });
@@ -366,18 +357,29 @@ const tests = {
     }
   },
 
-  async "live tiers are decoded in a Worker"() {
+  async "poses are decoded in a Worker"() {
     const page = await listening();
     await page.selectOption("#scene", "1");
     await until(page, "the place", () => promenade.voices.voices[0].loaded.number === 1);
-    // A scene of one tier has nothing to choose.
-    if (await page.isVisible("#tier")) await page.selectOption("#tier", "high");
-    await heardTo(page, "the tier is not high", (report) => report.tier === 2);
     await page.evaluate(() => promenade.listener.held.add("turn-left"));
     const { answers } = await heardTo(page, "answers while turning", (report) => report.answers > 5);
     await page.evaluate(() => promenade.listener.held.clear());
     await page.close();
     return `${answers} answers`;
+  },
+
+  async "an accuracy plays less of a scene, and auto what is affordable"() {
+    const page = await listening();
+    const images = () => page.evaluate(() => promenade.voices.voices[0].loaded.place.images);
+    const all = await images();
+    await page.selectOption("#accuracy", "2");
+    await until(page, "less of the scene", (all) => promenade.voices.voices[0].loaded.place.images < all, all);
+    const less = await images();
+    await page.selectOption("#accuracy", "auto");
+    await until(page, "all of it again", (all) => promenade.voices.voices[0].loaded.place.images === all, all);
+    const { load } = await heardTo(page, "what it takes", (report) => report.load !== undefined);
+    await page.close();
+    return `${less} of ${all} images, ${(100 * load).toFixed(0)} % of the time`;
   },
 
   async "keys move the listener, and every control is reached by the keyboard"() {

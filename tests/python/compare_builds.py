@@ -4,9 +4,9 @@
     compare_builds.py OLD NEW
 
 OLD and NEW are the two programs `promenade`. Rendered are five seconds of `data/speech.wav` through each scene of `presets/scenes`, and
-one of `presets/library`, in each tier that it has, along `presets/paths/walk.json` and along a small circle with turns in all three angles. Prints one line for each
+one of `presets/library`, along `presets/paths/walk.json` and along a small circle with turns in all three angles. Prints one line for each
 rendering: "same", or the number of samples that differ, the largest difference in dB full scale, and where it is.
-Exit status 1 if any rendering differs, or if only one of the builds makes it. Needs numpy and soundfile.
+Exit status 1 if any rendering differs. Needs numpy and soundfile.
 """
 import json
 import subprocess
@@ -18,7 +18,6 @@ import numpy as np
 import soundfile as sf
 
 ROOT = Path(__file__).resolve().parents[2]
-TIERS = ["draft", "standard", "high", "reference", "clip"]
 CIRCLE = [
     {"t": 0, "position": [0, 0, 0], "ypr": [0, 0, 0]},
     {"t": 1, "position": [0.8, 0.6, 0.1], "ypr": [90, 10, 0]},
@@ -28,22 +27,17 @@ CIRCLE = [
 ]
 
 
-def render(program, scene, tier, path, folder):
-    """The samples and their rate, or None where the scene has no such tier."""
+def render(program, scene, path, folder):
+    """The samples and their rate."""
     out = folder / "out.wav"
-    command = [program, "render", scene, folder / "dry.wav", out, "--tier", tier, "--path", path, "--bits", "32f"]
+    command = [program, "render", scene, folder / "dry.wav", out, "--path", path, "--bits", "32f"]
     done = subprocess.run(command, capture_output=True, text=True)
     if done.returncode != 0:
-        # What builds of different ages say of a tier that the scene lacks.
-        if any(text in done.stderr for text in ["tier: expected", "expected a scene with", "expected one with an anchor cloud", "trained for streams"]):
-            return None
-        sys.exit(f"{program}: {scene.name}, {tier}, {path.name}: {done.stderr.strip()}")
+        sys.exit(f"{program}: {scene.name}, {path.name}: {done.stderr.strip()}")
     return sf.read(out, dtype="float32", always_2d=True)
 
 
 def verdict(old, new):
-    if old is None or new is None:
-        return f"only the {'new' if old is None else 'old'} build renders it"
     (a, rate), (b, rate_of_b) = old, new
     if rate != rate_of_b or a.shape != b.shape:
         return f"{a.shape} samples at {rate} Hz became {b.shape} at {rate_of_b} Hz"
@@ -69,18 +63,10 @@ def main():
         circle = folder / "circle.json"
         circle.write_text(json.dumps(CIRCLE))
         for scene in [*sorted((ROOT / "presets/scenes").glob("*.promenade")), ROOT / "presets/library/living-room.promenade"]:
-            rendered = 0
-            for tier in TIERS:
-                for path in [ROOT / "presets/paths/walk.json", circle]:
-                    old, new = (render(program, scene, tier, path, folder) for program in builds)
-                    if old is None and new is None:
-                        continue
-                    rendered += 1
-                    result = verdict(old, new)
-                    worse += result != "same"
-                    print(f"{scene.stem} {tier} {path.stem}: {result}", flush=True)
-            if rendered == 0:
-                sys.exit(f"{scene.name} has none of the tiers {', '.join(TIERS)}")
+            for path in [ROOT / "presets/paths/walk.json", circle]:
+                result = verdict(*(render(program, scene, path, folder) for program in builds))
+                worse += result != "same"
+                print(f"{scene.stem} {path.stem}: {result}", flush=True)
     if worse:
         sys.exit(f"{worse} renderings differ")
 

@@ -90,7 +90,7 @@ def simulate(promenade, head, poses, t60, folder, seed, rate=24000):
     walk, out = folder / f"walk-{seed}.json", folder / f"responses-{seed}"
     walk.write_text(json.dumps(keyframes))
     where = ["--size", ",".join(map(str, SIZE)), "--emitter", ",".join(map(str, SOURCE)), "--path", walk, "--head", head]
-    how = ["--absorption", str(ABSORPTION[t60]), "--length", str(1.3 * t60 + 0.2), "--seed", str(seed), "--order", "12", "--rate", str(rate), "-o", out]
+    how = ["--materials", str(ABSORPTION[t60]), "--length", str(1.3 * t60 + 0.2), "--seed", str(seed), "--order", "12", "--rate", str(rate), "-o", out]
     subprocess.run([promenade, "simulate", "box", *where, *how], check=True, capture_output=True)
     files = [sf.read(out / r["file"], always_2d=True) for r in json.loads((out / "responses.json").read_text())["responses"]]
     return [samples.T for samples, _ in files], files[0][1]

@@ -63,7 +63,7 @@ class Session:
 
 def check_sound(path):
     session = Session(path)
-    assert session.number.keys() >= {"Yaw", "Listener X", "Output Gain", "Dry/Wet", "Tier", "Scene"}, session.number
+    assert session.number.keys() >= {"Yaw", "Listener X", "Output Gain", "Dry/Wet", "Accuracy", "Scene"}, session.number
     assert level_db(session.render()) > -60
     assert session.plugin.get_latency_samples() > 0
 

@@ -3,7 +3,7 @@
 
     head_delays.py PROMENADE SCENE HEAD.sofa X,Y,Z
 
-X,Y,Z is the scene's emitter (`promenade inspect SCENE`). An impulse is rendered with `--head` in the tier Draft 1.5 m before the emitter, turned so that it
+X,Y,Z is the scene's emitter (`promenade inspect SCENE`). An impulse is rendered with `--head` without its room 1.5 m before the emitter, turned so that it
 is heard from eleven azimuths, and the lag of the ears' correlation below 1.5 kHz of the first 3 ms is compared with the responses': as they are, and
 equalised for a diffuse field, without the loudspeaker's colour, which a head in a scene does not have. Needs h5py, numpy and soundfile.
 """
@@ -45,7 +45,7 @@ def main():
         sf.write(f"{folder}/click.wav", click, RATE, subtype="FLOAT")
         for azimuth in AZIMUTHS:
             pose = f"--pose={x - 1.5},{y},{z},{-azimuth},0,0"
-            command = [promenade, "render", scene, f"{folder}/click.wav", f"{folder}/out.wav", pose, "--bits", "32f", "--tier", "draft", "--head", head]
+            command = [promenade, "render", scene, f"{folder}/click.wav", f"{folder}/out.wav", pose, "--bits", "32f", "--early=-120", "--late=-120", "--head", head]
             subprocess.run(command, check=True, capture_output=True)
             ears = sf.read(f"{folder}/out.wav")[0].T
             start = min(int(np.argmax(np.abs(e) > 0.1 * np.abs(e).max())) for e in ears) - RATE // 500

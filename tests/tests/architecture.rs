@@ -319,7 +319,7 @@ const SUBJECTS: usize = 15;
 const LARGE: usize = 8000;
 /// Large crates that are not divided by subject yet, and how many files and folders stand at the root of each.
 const UNDIVIDED: [(&str, usize); 2] = [
-    // Its folders are subjects; types that most of them share (poses, tiers, bands, sources) stand beside these.
+    // Its folders are subjects; types that most of them share (poses, bands, sources) stand beside these.
     ("core", 40),
     // Its files are commands, by the name that is typed.
     ("cli", 40),

@@ -3,9 +3,7 @@
 use promenade_core::glam::Vec3;
 use promenade_core::network::CloudKind;
 use promenade_core::published::{ConvMode, Projection};
-use promenade_core::{
-    AnchorCloud, Bands, BlockParams, LiveParams, Pose, Scene, SceneParts, Spatializer, StftGrid, TailModel, Tier,
-};
+use promenade_core::{AnchorCloud, Bands, BlockParams, LiveParams, Pose, Scene, SceneParts, Spatializer, StftGrid, TailModel};
 use promenade_testing::golden;
 #[cfg(target_os = "linux")]
 use promenade_tests::bare::{Bare, BareVst3, Plugin};
@@ -45,7 +43,6 @@ fn opened<H: Host>(offline: bool) -> H {
     let mut host = H::open(Setup::default());
     host.set("scene", 1.0);
     host.set("slot", 1.0 / 64.0);
-    host.set("tier", 2.0 / 3.0);
     host.process(&[&[0.0; 64], &[0.0; 64]]);
     host.reopen(Setup { offline, ..Setup::default() });
     host
@@ -72,7 +69,7 @@ fn waited_for(folder: &Path, signal: &[f32]) -> [Vec<f32>; 2] {
     let mut spatializer = Spatializer::new(48_000.0);
     spatializer.install(Box::new(promenade_testing::scenes::live_renderer(&scene, 48_000.0)));
     let live = LiveParams { wait: true, ..LiveParams::default() };
-    let params = BlockParams { tier: Tier::High, live, ..BlockParams::default() };
+    let params = BlockParams { live, ..BlockParams::default() };
     let mut wanted = [vec![0.0; signal.len()], vec![0.0; signal.len()]];
     for (number, block) in signal.chunks(512).enumerate() {
         let yaw_deg = -180.0 + 360.0 * turn(number) as f32;
@@ -103,7 +100,7 @@ fn a_bounce_is_one_however_a_host_says_so() {
         let wanted = waited_for(folder, &signal);
         let from_engine = |of_setup: bool, of_blocks: [bool; 2]| {
             let mut bare = BareVst3::make(Plugin::One);
-            for (id, value) in [("scene", 1.0), ("slot", 1.0 / 64.0), ("tier", 2.0 / 3.0)] {
+            for (id, value) in [("scene", 1.0), ("slot", 1.0 / 64.0)] {
                 bare.set(host_id(id), value);
             }
             bare.setup_is_offline = of_setup;

@@ -317,7 +317,7 @@ fn restore_after<B: Bare>(plugin: Plugin, sequences: &[Vec<Step>], editor: &mut 
         Plugin::One => &[][..],
         Plugin::Many => &[("ey2", 0.52), ("level2", 0.7), ("ez3", 0.48), ("ex16", 0.6)],
     };
-    let values = [("x", 0.75), ("yaw", 0.3), ("gain", 0.6), ("wetsolo", 1.0), ("tier", 0.0)];
+    let values = [("x", 0.75), ("yaw", 0.3), ("gain", 0.6), ("wetsolo", 1.0), ("accuracy", 0.5)];
     for (id, value) in values.iter().chain(further) {
         model.set(id, *value);
     }

@@ -157,7 +157,8 @@ fn a_transport_that_is_located_jumps<H: Host>() {
     // Without a room, of which the waves of the bass sound on nevertheless.
     let draft = || {
         let mut host = turning::<H>();
-        host.set("tier", 0.0);
+        host.set("early", 0.0);
+        host.set("late", 0.0);
         host.set("follow", 1.0);
         host
     };

@@ -3,9 +3,9 @@
 use crate::decode::Readout;
 use crate::decode::readout::LearnedTaps;
 use crate::network::{CloudKind, Masks, Network};
-use crate::published::{StreamTaps, TapProjector};
+use crate::published::{ConvMode, StreamTaps, TapProjector};
 use crate::scene::AnchorCloud;
-use crate::{DecodeWorker, Decoded, Pose, PublishedFrame, Scene, Tier};
+use crate::{DecodeWorker, Decoded, Pose, PublishedFrame, Scene};
 use std::sync::Arc;
 
 /// Decodes poses of one scene, for [`Decoded`].
@@ -51,7 +51,8 @@ impl CloudDecoder {
     #[must_use]
     pub fn blank(&self) -> Decoded {
         let bins = self.scene.shape().bins;
-        let published = self.scene.has_tier(Tier::Reference).then(|| PublishedFrame {
+        let convolves = self.scene.cloud().is_some_and(|cloud| cloud.conv != ConvMode::Off);
+        let published = convolves.then(|| PublishedFrame {
             mixture: vec![0.0; bins],
             difference: vec![0.0; bins],
             taps: self.filter.as_ref().map(|(projector, _)| projector.taps()),

@@ -1,9 +1,9 @@
-//! Follows the listener's pose by the decoder that the tier asks for, and tells the render head what has changed.
+//! Follows the listener's pose by the scene's decoder, and tells the render head what has changed.
 
 use crate::decode::field::FieldDecoder;
 use crate::decode::live::{DecodeWorker, Decoded, LiveDecoder};
 use crate::decode::{Change, Decoder, Hops, TURNS};
-use crate::{Pose, Quality, Scene, Tier, TransferFunction};
+use crate::{LiveParams, Pose, Scene, TransferFunction};
 use std::sync::Arc;
 
 /// Hops over which the time filters of a new pose are taken in, a share of them at each hop.
@@ -25,8 +25,6 @@ pub(crate) struct Follower {
     live: Option<LiveDecoder>,
     /// Heard where the scene has neither.
     silent: TransferFunction,
-    /// Whether the live decoder was heard last.
-    is_live: bool,
     /// Hops of the render head's time filters, and explicit taps among them.
     filter_hops: usize,
     taps: usize,
@@ -53,7 +51,6 @@ impl Follower {
             field,
             live: None,
             silent,
-            is_live: false,
             filter_hops,
             taps,
             quick_hops,
@@ -64,20 +61,15 @@ impl Follower {
         }
     }
 
-    /// Gives the stream a live decoder for the tiers that need one.
+    /// Gives the stream a live decoder, which is heard in place of the table.
     pub(crate) fn set_live(&mut self, worker: Box<dyn DecodeWorker>, scene: &Scene, hop_s: f64) {
         self.live = Some(LiveDecoder::new(worker, scene, hop_s));
-    }
-
-    /// Whether poses can be decoded live.
-    pub(crate) fn has_live(&self) -> bool {
-        self.live.is_some()
     }
 
     /// The transfer function that is heard now; time filters beyond the last [`Change`] may be those of an older pose.
     pub(crate) fn transfer(&self) -> &TransferFunction {
         match (&self.live, &self.field) {
-            (Some(live), _) if self.is_live => live.transfer(),
+            (Some(live), _) => live.transfer(),
             (_, Some(field)) => field.transfer(),
             _ => &self.silent,
         }
@@ -90,7 +82,7 @@ impl Follower {
 
     /// Is as new again: the next pose is the first, and time filters begin with the same share.
     pub(crate) fn reset(&mut self) {
-        (self.is_live, self.stale_shares) = (false, 0);
+        self.stale_shares = 0;
         self.live.iter_mut().for_each(LiveDecoder::reset);
     }
 
@@ -99,24 +91,21 @@ impl Follower {
         self.stale_shares = REFRESH_HOPS;
     }
 
-    /// Follows to a pose in a tier that can be played: the direct sound at once, the time filters a share per hop, or all of
-    /// them if `whole`; `share` counts hops. While no room is heard its filters wait.
-    pub(crate) fn follow(&mut self, pose: &Pose, quality: &Quality, (whole, share): (bool, usize), room: bool) -> Change {
-        let live = self.live.as_mut().filter(|_| quality.tier >= Tier::High);
+    /// Follows to a pose: the direct sound at once, the time filters a share per hop, or all of them if `whole`; `share` counts
+    /// hops.
+    pub(crate) fn follow(&mut self, pose: &Pose, params: &LiveParams, (whole, share): (bool, usize)) -> Change {
         // Each group of bins keeps its turn, and leaves out all but every so many.
         let turn = share % TURNS;
         let round = share / TURNS + turn;
         let is_due = round.is_multiple_of(self.refresh);
         let share = if self.refresh > 1 { round / self.refresh * TURNS + turn } else { share } % REFRESH_HOPS;
         let turn = Some(turn);
-        let whole = whole || live.is_some() != self.is_live;
-        self.is_live = live.is_some();
-        let decoder: &mut dyn Decoder = match (live, &mut self.field) {
+        let decoder: &mut dyn Decoder = match (&mut self.live, &mut self.field) {
             (Some(live), _) => live,
             (None, Some(field)) => field,
             (None, None) => return Change { turn, ..Change::default() },
         };
-        let direct = decoder.follow(pose, whole, &quality.live);
+        let direct = decoder.follow(pose, whole, params);
         if direct {
             self.stale_shares = REFRESH_HOPS;
         }
@@ -124,7 +113,7 @@ impl Follower {
         if whole {
             self.stale_shares = 0;
             change = Change { direct, ..Change::whole(self.filter_hops, self.taps) };
-        } else if room && self.stale_shares > 0 && is_due {
+        } else if self.stale_shares > 0 && is_due {
             self.stale_shares -= 1;
             // Taken by turns, so that a listener who turns hears the room follow in small steps rather than the early part in
             // one: each of the groups of bins has its turn with each class of hops.

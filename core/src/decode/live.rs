@@ -1,9 +1,9 @@
 //! A decoder whose poses take longer than a hop: it asks a worker now and then and cross-fades the answers.
 
-use crate::decode::{Change, Decoder};
+use crate::decode::{Change, Decoder, LiveParams};
 use crate::number;
 use crate::published::StreamTaps;
-use crate::{LiveParams, Pose, Scene, TransferFunction};
+use crate::{Pose, Scene, TransferFunction};
 
 /// What a live decoder makes of one pose.
 ///
@@ -13,7 +13,7 @@ use crate::{LiveParams, Pose, Scene, TransferFunction};
 pub struct Decoded {
     /// Masks and time filters for the streaming head.
     pub transfer: TransferFunction,
-    /// The answer as the published head takes it, where the scene has the tier Reference.
+    /// The answer as the published head takes it, where the scene has convolution layers.
     pub published: Option<PublishedFrame>,
 }
 

@@ -3,7 +3,7 @@
 use crate::bands::{BandPlace, Bands};
 use crate::decode::sites::Sites;
 use crate::latency::{Latency, Pace};
-use crate::number::{single, whole};
+use crate::number::single;
 use crate::render::carrier::beside_waves::beside_waves;
 use crate::render::carrier::likeness::Meeting;
 use crate::render::carrier::noise::{EarSpectra, LATE_SET, Shaper, TAP_SET, band_places, hop_carriers};
@@ -22,14 +22,6 @@ use std::sync::Arc;
 
 /// From this share of the highest frequency on, the level of that noise is measured.
 const LEVEL_FROM: f64 = 0.75;
-
-/// The bass of a measured direct sound is whole up to this long after its first hop began, and has faded out by then, seconds.
-const BASS_WHOLE_S: f64 = 0.01;
-const BASS_END_S: f64 = 0.02;
-/// Length of the window that is its low pass, seconds: half of 200 Hz is left, nothing from 400 Hz on.
-const LOW_PASS_S: f64 = 0.005;
-/// Cut into hops it has parts up to here, Hz.
-const BASS_BELOW_HZ: f64 = 3_000.0;
 
 /// Hops by which the noise of one response differs from that of the one before.
 const STRIDE: usize = 7;
@@ -64,8 +56,6 @@ pub(crate) struct MeasuredCarriers {
     pub(crate) lifted: Option<CarrierSet>,
     /// Hops after the taps, of the lowest block of bins.
     pub(crate) low: CarrierSet,
-    /// The bass of the direct sound after its first hop, at a distance of 1 m.
-    pub(crate) bass: CarrierSet,
     /// Energies of mixes.
     pub(crate) meeting: Meeting,
 }
@@ -162,7 +152,6 @@ impl Carriers {
         let (scene_grid, taps, bands) = (scene.grid(), scene.shape().taps, scene.bands());
         let shaper = Shaper::new(scene_grid);
         let (count, hops) = (room.count(bands), room.hops(bands, scene_grid));
-        let distances = scene.emitter().map_or_else(|| vec![1.0; count], |emitter| room.distances(emitter, count));
         let spectra = |response: usize, hop: usize| -> EarSpectra {
             [0, 1].map(|ear| shaper.spectrum_at(grid, room.hop(scene_grid, hops, response, ear, hop)))
         };
@@ -202,24 +191,8 @@ impl Carriers {
             ears
         });
         self.taps = CarrierSet::pack(carried, taps, bins);
-        let bass_hops = whole(((BASS_END_S + LOW_PASS_S) / scene_grid.hop_s()).ceil()).min(taps + 1);
-        let bass = distances.iter().enumerate().flat_map(|(r, distance)| {
-            let ears = [0, 1].map(|ear| {
-                let samples: Vec<f32> =
-                    (0..hops.min(bass_hops)).flat_map(|hop| room.hop(scene_grid, hops, r, ear, hop)).copied().collect();
-                bass_of(&samples, scene_grid, bass_hops)
-            });
-            let hop = |hop: usize| {
-                ears.each_ref().map(|ear| {
-                    let scaled: Vec<f32> = ear[hop * scene_grid.hop..][..scene_grid.hop].iter().map(|v| v * distance).collect();
-                    shaper.spectrum_at(grid, &scaled)
-                })
-            };
-            (0..bass_hops).map(hop).collect::<Vec<_>>()
-        });
-        let bass = CarrierSet::pack(bass, bass_hops, whole(BASS_BELOW_HZ / grid.bin_hz(1)).clamp(1, bins));
         let meeting = Meeting::new(&self.taps, &low, &self.places, bands, Sites::new(&room.sites).pairs(), &room.late_before);
-        self.measured = Some(MeasuredCarriers { first, lifted, low, bass, meeting });
+        self.measured = Some(MeasuredCarriers { first, lifted, low, meeting });
         self
     }
 
@@ -227,7 +200,7 @@ impl Carriers {
     #[must_use]
     pub fn memory_bytes(&self) -> usize {
         let measured = self.measured.as_ref().map_or(0, |m| {
-            let sets = [&m.first, &m.low, &m.bass].into_iter().chain(&m.lifted);
+            let sets = [&m.first, &m.low].into_iter().chain(&m.lifted);
             sets.map(CarrierSet::memory_bytes).sum::<usize>() + m.meeting.memory_bytes()
         });
         let images = self.images.as_ref().map_or(0, |i| i.memory_bytes());
@@ -261,28 +234,6 @@ fn low_spectrum(
             Complex32::new(single(sum.re), single(sum.im))
         })
         .collect()
-}
-
-/// What sounds in one ear of a response below some 200 Hz after its first hop, `hops` hops long with the first, of the samples
-/// of as many hops.
-///
-/// Low sound outlasts a hop, whose cut would leave the direct sound thin. What follows soon cannot be told from it, by the ear
-/// neither.
-fn bass_of(samples: &[f32], grid: &StftGrid, hops: usize) -> Vec<f32> {
-    let second = |i: usize| i as f64 / grid.sample_rate_hz;
-    let along = |i: usize| ((second(i) - BASS_WHOLE_S) / (BASS_END_S - BASS_WHOLE_S)).clamp(0.0, 1.0);
-    let rest = samples.iter().enumerate().map(|(i, v)| {
-        let heard = if i < grid.hop { 0.0 } else { 0.5 + 0.5 * (std::f64::consts::PI * along(i)).cos() };
-        f64::from(*v) * heard
-    });
-    let rest: Vec<f64> = rest.collect();
-    let reach = whole(0.5 * LOW_PASS_S * grid.sample_rate_hz);
-    let window: Vec<f64> = (0..2 * reach + 1)
-        .map(|i| 0.5 - 0.5 * (std::f64::consts::TAU * (i + 1) as f64 / (2 * reach + 2) as f64).cos())
-        .collect();
-    let sum: f64 = window.iter().sum();
-    let at = |i: usize| rest.get(i.wrapping_sub(reach)).unwrap_or(&0.0);
-    (0..hops * grid.hop).map(|i| single(window.iter().enumerate().map(|(k, w)| w * at(i + k)).sum::<f64>() / sum)).collect()
 }
 
 /// Amplitude that is kept of a response at a frequency: 1, and 0 above the highest frequency of the data.

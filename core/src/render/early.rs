@@ -1,6 +1,5 @@
 //! Direct sound and early reflections.
 
-pub(crate) mod direct_bass;
 pub(crate) mod direct_sound;
 pub(crate) mod first_hops;
 pub(crate) mod images;

@@ -1,8 +1,8 @@
-//! Parts of a voice that not every scene, tier or latency has.
+//! Parts of a voice that not every scene or latency has.
 
 use crate::render::head::bus::AmbisonicBus;
 use crate::render::transform::lanes::EarBlocks;
-use crate::{Pose, PublishedFrame, Tier, Trim};
+use crate::{Pose, PublishedFrame, Trim};
 use std::ops::Range;
 
 /// Portions of what is worked out before a hop is there.
@@ -15,7 +15,6 @@ pub(crate) struct Hop<'a> {
     pub(crate) from: Pose,
     pub(crate) to: Pose,
     pub(crate) trim: Trim,
-    pub(crate) tier: Tier,
     /// The filter of the hops that do not wait for a frame, where it is another than before.
     pub(crate) filter: Option<&'a [EarBlocks]>,
 }
@@ -48,10 +47,7 @@ pub(crate) trait Part: Send {
     fn take(&mut self, hop: &mut [f32], span: Range<usize>, heard: &mut Heard<'_>);
 
     /// Has the last word on a hop of both ears; `published` is what the published head takes.
-    fn finish(&mut self, _tier: Tier, _published: Option<&PublishedFrame>, _ears: &mut [Vec<f32>; 2]) {}
-
-    /// Is played in a tier from now on, without a fade.
-    fn jump(&mut self, _tier: Tier) {}
+    fn finish(&mut self, _published: Option<&PublishedFrame>, _ears: &mut [Vec<f32>; 2]) {}
 
     /// Samples for which it sounds on after the input has ended.
     fn tail_samples(&self) -> usize {

@@ -128,69 +128,63 @@ impl Room {
         self.ahead.iter_mut().for_each(Ahead::forget);
     }
 
-    /// Applies all filters to the newest frames of some voices, everything but the direct sound at `room_gain`, 0 to 1, and
-    /// each part at its level; `silent` says that nothing is in these frames. `None` when nothing sounds any more: both ears
-    /// are silent.
+    /// Applies all filters to the newest frames of some voices, each part at its level; `silent` says that nothing is in these
+    /// frames. `None` when nothing sounds any more: both ears are silent.
     pub(crate) fn render<V: AsRef<VoiceFilters> + AsMut<VoiceFilters>>(
         &mut self,
         voices: &mut [V],
         silent: bool,
-        (room_gain, trim): (f32, &Trim),
+        trim: &Trim,
         ears: [&mut [Complex32]; 2],
     ) -> Option<()> {
-        let has_room = room_gain > 0.0;
         let hops = heard(voices).map(VoiceFilters::hops).max().unwrap_or(0) + self.shared.taps.hops() + LATE_HOPS;
         if silent && self.dead_frames > hops + 1 {
             return None;
         }
-        if has_room {
-            self.feed(voices);
-        }
-        let dead = silent && (!has_room || self.later.is_silent());
+        self.feed(voices);
+        let dead = silent && self.later.is_silent();
         self.dead_frames = if dead { self.dead_frames.saturating_add(1) } else { 0 };
 
         let mut sums = std::mem::replace(&mut self.sums, Sums { work: vec![], direct: vec![], room: vec![], late: vec![] });
         let Sums { work, direct, room, late } = &mut sums;
         direct.fill(EarBlocks::default());
         for voice in voices.iter_mut().map(AsMut::as_mut).filter(|voice| voice.is_heard) {
-            voice.add_direct(room_gain, work, direct);
+            voice.add_direct(work, direct);
         }
         let apart = trim.early != trim.late;
-        if has_room {
-            room.fill(EarBlocks::default());
-            // What is played apart is the direct sound and the taps before this one.
-            let first = self.apart.saturating_sub(1);
-            let early = if apart { self.early_taps } else { self.shape.taps };
-            // The first tap whose frame is the newest for the last of the frames that are worked out ahead.
-            let next = self.apart + FRAMES - 2;
-            match self.ahead.take_if(|_| !apart) {
-                Some(mut ahead) => {
-                    self.add_taps(voices, first..next, room);
-                    let quick = &mut room[..ahead.first()];
-                    self.add_taps(voices, next..early, quick);
-                    self.later.add(quick);
-                    add_low(voices, quick);
-                    let own = heard(voices).map(|voice| voice.applied(next));
-                    let shared = Some(self.applied()).filter(|applied| applied.hops > 0);
-                    ahead.add(self.turn, own.chain(shared).chain([self.later.applied()]), room);
-                    self.ahead = Some(ahead);
+        room.fill(EarBlocks::default());
+        // What is played apart is the direct sound and the taps before this one.
+        let first = self.apart.saturating_sub(1);
+        let early = if apart { self.early_taps } else { self.shape.taps };
+        // The first tap whose frame is the newest for the last of the frames that are worked out ahead.
+        let next = self.apart + FRAMES - 2;
+        match self.ahead.take_if(|_| !apart) {
+            Some(mut ahead) => {
+                self.add_taps(voices, first..next, room);
+                let quick = &mut room[..ahead.first()];
+                self.add_taps(voices, next..early, quick);
+                self.later.add(quick);
+                add_low(voices, quick);
+                let own = heard(voices).map(|voice| voice.applied(next));
+                let shared = Some(self.applied()).filter(|applied| applied.hops > 0);
+                ahead.add(self.turn, own.chain(shared).chain([self.later.applied()]), room);
+                self.ahead = Some(ahead);
+            }
+            None => {
+                self.add_taps(voices, first..early, room);
+                let rest = if apart { &mut *late } else { &mut *room };
+                if apart {
+                    rest.fill(EarBlocks::default());
+                    self.add_taps(voices, early..self.shape.taps, rest);
                 }
-                None => {
-                    self.add_taps(voices, first..early, room);
-                    let rest = if apart { &mut *late } else { &mut *room };
-                    if apart {
-                        rest.fill(EarBlocks::default());
-                        self.add_taps(voices, early..self.shape.taps, rest);
-                    }
-                    self.later.add(rest);
-                    add_low(voices, rest);
-                }
+                self.later.add(rest);
+                add_low(voices, rest);
             }
         }
-        if apart || !has_room {
+        if apart {
             self.forget_ahead();
         }
-        let gains = Gains::new(room_gain, trim);
+        let gains = Gains::from(trim);
         for (ear, out) in ears.into_iter().enumerate() {
             let late = if apart { Some(&late[..]) } else { None };
             self.arch.dispatch(Mix { ear, direct, room, late, gains, out });
@@ -246,16 +240,10 @@ impl Room {
         }
     }
 
-    /// Empties the shared part.
-    pub(crate) fn forget(&mut self) {
-        self.later.forget();
-        self.input.reset();
-        self.forget_ahead();
-    }
-
     pub(crate) fn reset(&mut self) {
         self.later.reset();
-        self.forget();
+        self.input.reset();
+        self.forget_ahead();
         self.dead_frames = usize::MAX / 2;
     }
 

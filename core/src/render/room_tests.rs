@@ -275,14 +275,14 @@ impl Lone {
     pub(crate) fn update(&mut self, tf: &TransferFunction, facing: Quat) {
         let change = Change::whole(self.filter_hops, self.taps);
         self.room.face(facing, true);
-        self.voices[0].update(tf, &change, true);
+        self.voices[0].update(tf, &change);
         self.room.update(tf, &change);
     }
 
     pub(crate) fn render(&mut self, spectrum: &[Complex32], ears: [&mut [Complex32]; 2]) {
         self.voices[0].is_heard = true;
         self.voices[0].write(spectrum);
-        self.room.render(&mut self.voices, false, (1.0, &Trim::NEUTRAL), ears).unwrap();
+        self.room.render(&mut self.voices, false, &Trim::NEUTRAL, ears).unwrap();
     }
 }
 

@@ -4,7 +4,6 @@ use crate::decode::{Change, Hops, QUICK_BELOW_HZ, TURNS};
 use crate::number::whole;
 use crate::render::carrier::likeness::Mixture;
 use crate::render::carriers::Carriers;
-use crate::render::early::direct_bass::Bass;
 use crate::render::early::direct_sound::DirectFilter;
 use crate::render::early::taps::{Taps, add_mix};
 use crate::render::early::taps_ahead::Applied;
@@ -157,16 +156,15 @@ pub(crate) struct VoiceFilters {
     direct: DirectFilter,
     taps: ColouredTaps,
     low: Low,
-    bass: Bass,
     carriers: Arc<Carriers>,
     /// Hops that are played without waiting for a frame.
     apart: usize,
     /// The filter of these, and the levels that it was added up with, as long as its parts have not changed.
     joined: Vec<EarBlocks>,
-    joined_at: Option<(f32, Trim)>,
+    joined_at: Option<Trim>,
     /// Gains of the lowest bins after the taps, both ears.
     low_gains: Vec<f32>,
-    /// The newest input spectra, at least one more than there are taps.
+    /// The newest input spectra, at least one more than it has taps.
     input: Ring,
     /// Whether anything of its frames is heard, the gain of its direct sound, and the gains by band at which the shared part of
     /// the room hears it.
@@ -180,7 +178,6 @@ impl VoiceFilters {
         let Plan { grid, shape, carriers, own_taps: own, .. } = *plan;
         let ((blocks, _), apart) = (plan.blocks(), plan.apart());
         let own_low = if carriers.measured.is_some() { shape.taps - own } else { 0 };
-        let bass = Bass::new(carriers.measured.as_ref().map(|m| &m.bass), apart);
         Self {
             arch: Arch::new(),
             shape,
@@ -193,11 +190,11 @@ impl VoiceFilters {
             joined: vec![EarBlocks::default(); if apart > 0 { blocks } else { 0 }],
             joined_at: None,
             low_gains: vec![1.0; shape.tap_len()],
-            input: Ring::new(blocks, (own + 1).max(bass.hops())),
+            // What the shared taps hear comes after its own.
+            input: Ring::new(blocks, own + 1 + usize::from(own < shape.taps)),
             is_heard: false,
             direct_gain: 1.0,
             gains: vec![1.0; shape.bands],
-            bass,
             carriers: Arc::clone(carriers),
         }
     }
@@ -218,21 +215,17 @@ impl VoiceFilters {
         self.taps.decay.set(times)
     }
 
-    /// Takes what has changed in a transfer function; `room` says whether more than the direct sound is wanted.
-    pub(crate) fn update(&mut self, tf: &TransferFunction, change: &Change, room: bool) {
+    /// Takes what has changed in a transfer function.
+    pub(crate) fn update(&mut self, tf: &TransferFunction, change: &Change) {
         if change.direct || (1..self.apart).any(|hop| change.names_tap(hop - 1)) {
             self.joined_at = None;
         }
         if change.direct {
-            self.bass.forget_pose();
             self.direct.set(tf);
             if let Some(measured) = &self.carriers.measured {
                 let mixed = (tf.shares.entries(), measured.lifted(0, &tf.shares));
                 add_mix(self.arch, &measured.first, 0, mixed, tf.shares.direct_gain, self.direct.blocks_mut());
             }
-        }
-        if let Some(measured) = self.carriers.measured.as_ref().filter(|_| !room) {
-            self.bass.set(&measured.bass, tf.shares.entries(), tf.shares.direct_gain);
         }
         if change.keeps_filters() {
             return;
@@ -282,20 +275,19 @@ impl VoiceFilters {
     }
 
     /// Adds the direct sound of the newest frame to what is heard; `work` is room to work in.
-    pub(crate) fn add_direct(&mut self, room_gain: f32, work: &mut [EarBlocks], heard: &mut [EarBlocks]) {
-        let (arch, newest, gain) = (self.arch, self.input.at(0), self.direct_gain);
-        let sums = if gain == 1.0 { &mut *heard } else { &mut *work };
-        if gain != 1.0 {
-            sums.fill(EarBlocks::default());
+    pub(crate) fn add_direct(&mut self, work: &mut [EarBlocks], heard: &mut [EarBlocks]) {
+        let (arch, newest, gain) = (self.arch, [self.input.at(0)], self.direct_gain);
+        let (filter, hops, taps) = (self.direct.blocks(), 1, 0..1);
+        if self.apart > 0 {
+            return;
         }
-        if self.apart == 0 {
-            let filter = self.direct.blocks();
-            Accumulate { arch, newest: [newest], filter, hops: 1, taps: 0..1, sums }.run();
+        if gain == 1.0 {
+            Accumulate { arch, newest, filter, hops, taps, sums: heard }.run();
+            return;
         }
-        self.bass.add(newest, 1.0 - room_gain, sums);
-        if gain != 1.0 {
-            arch.dispatch(AddScaled { from: work, gain, to: heard });
-        }
+        work.fill(EarBlocks::default());
+        Accumulate { arch, newest, filter, hops, taps, sums: work }.run();
+        arch.dispatch(AddScaled { from: work, gain, to: heard });
     }
 
     /// Adds some taps: its own, and the lowest bins of others where it has them.
@@ -321,16 +313,14 @@ impl VoiceFilters {
 
     /// The filter of the hops that are played apart, on the host's bins, each hop at its time, where it has changed since
     /// it was asked for.
-    pub(crate) fn joined(&mut self, room_gain: f32, trim: &Trim) -> Option<&[EarBlocks]> {
-        if self.apart == 0 || self.joined_at.replace((room_gain, *trim)) == Some((room_gain, *trim)) {
+    pub(crate) fn joined(&mut self, trim: &Trim) -> Option<&[EarBlocks]> {
+        if self.apart == 0 || self.joined_at.replace(*trim) == Some(*trim) {
             return None;
         }
-        let gains = Gains::new(room_gain, trim);
-        let bass = (self.bass.filters(), self.bass.hops(), 1.0 - room_gain);
+        let gains = Gains::from(trim);
         self.arch.dispatch(Join {
             direct: self.direct.blocks(),
             taps: (self.taps.taps.filters(), self.own),
-            bass,
             count: self.apart,
             gains,
             out: &mut self.joined,
@@ -352,11 +342,7 @@ impl VoiceFilters {
 
     pub(crate) fn memory_bytes(&self) -> usize {
         let ear_blocks = self.joined.len() + self.direct.blocks().len();
-        ear_blocks * size_of::<EarBlocks>()
-            + self.input.memory_bytes()
-            + self.taps.memory_bytes()
-            + self.low.memory_bytes()
-            + self.bass.memory_bytes()
+        ear_blocks * size_of::<EarBlocks>() + self.input.memory_bytes() + self.taps.memory_bytes() + self.low.memory_bytes()
     }
 }
 
@@ -390,11 +376,13 @@ pub(crate) struct Gains {
     width: f32,
 }
 
-impl Gains {
-    pub(crate) fn new(room_gain: f32, trim: &Trim) -> Self {
-        Self { direct: trim.direct, early: room_gain * trim.early, late: room_gain * trim.late, width: trim.width }
+impl From<&Trim> for Gains {
+    fn from(trim: &Trim) -> Self {
+        Self { direct: trim.direct, early: trim.early, late: trim.late, width: trim.width }
     }
+}
 
+impl Gains {
     /// What an ear hears of its own sum, and of the other ear's.
     pub(crate) fn across(&self) -> [f32; 2] {
         [0.5 + 0.5 * self.width, 0.5 - 0.5 * self.width]
@@ -406,8 +394,6 @@ struct Join<'a> {
     direct: &'a [EarBlocks],
     /// Filters as `[block][hop]`, and their hops.
     taps: (&'a [EarBlocks], usize),
-    /// The direct sound's bass as `[block][hop]`, its hops and its level.
-    bass: (&'a [EarBlocks], usize, f32),
     count: usize,
     gains: Gains,
     out: &'a mut [EarBlocks],
@@ -424,7 +410,7 @@ impl WithSimd for Join<'_> {
 
     #[inline(always)]
     fn with_simd<S: pulp::Simd>(self, _simd: S) {
-        let Self { direct, taps: (taps, taps_hops), bass: (bass, bass_hops, bass_gain), count, gains, out } = self;
+        let Self { direct, taps: (taps, taps_hops), count, gains, out } = self;
         let [own, other] = gains.across().map(|share| share * gains.early);
         for ((block, out), direct) in out.iter_mut().enumerate().zip(direct) {
             for ear in 0..2 {
@@ -432,11 +418,6 @@ impl WithSimd for Join<'_> {
             }
             for hop in 0..count {
                 let mut here = EarBlocks::default();
-                if let Some(bass) = bass.get(block * bass_hops + hop).filter(|_| hop < bass_hops && bass_gain != 0.0) {
-                    for ear in 0..2 {
-                        add(&mut here.ears[ear], bass, ear, [bass_gain * gains.direct, 0.0]);
-                    }
-                }
                 if let Some(tap) = hop.checked_sub(1).map(|tap| &taps[block * taps_hops + tap]) {
                     for ear in 0..2 {
                         add(&mut here.ears[ear], tap, ear, [own, other]);

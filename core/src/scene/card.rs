@@ -1,9 +1,8 @@
 //! What a scene file says about itself in its head, without its tensors.
 
+use super::Provenance;
 use super::error::SceneError;
 use super::format::{MANIFEST, manifest};
-use super::{Provenance, Tier};
-use crate::published::ConvMode;
 use serde::Deserialize;
 use std::collections::HashMap;
 
@@ -17,8 +16,6 @@ const MAX_HEAD: usize = 1 << 26;
 pub struct SceneCard {
     /// Where it comes from.
     pub provenance: Provenance,
-    /// The tiers that it has.
-    pub tiers: Vec<Tier>,
     /// The rate that it was measured, simulated or trained at, hertz: above half of it it knows nothing.
     pub sample_rate_hz: f64,
     /// Number of measurements kept for judging it.
@@ -58,14 +55,6 @@ impl SceneCard {
         let text = header.metadata.get(MANIFEST);
         let text = text.ok_or_else(|| SceneError::Manifest(format!("no '{MANIFEST}' in the metadata")))?;
         let m = manifest(text)?;
-        let convolves = |cloud: &super::manifest::ManifestCloud| cloud.conv().is_some_and(|conv| conv != ConvMode::Off);
-        let has = |tier: &Tier| match tier {
-            Tier::Draft => m.field.is_some(),
-            Tier::Standard => m.field.is_some() && m.taps > 0,
-            Tier::High => m.cloud.is_some(),
-            Tier::Reference => m.cloud.as_ref().is_some_and(convolves),
-        };
-        let tiers = Tier::ALL.into_iter().filter(has).collect();
-        Ok(Self { provenance: m.provenance(), tiers, sample_rate_hz: m.grid.sample_rate_hz, held_out: m.held_out.len() })
+        Ok(Self { provenance: m.provenance(), sample_rate_hz: m.grid.sample_rate_hz, held_out: m.held_out.len() })
     }
 }

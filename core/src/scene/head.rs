@@ -57,7 +57,7 @@ impl Scene {
     /// was measured over the level that the measured head has over the same directions. Where that head is not known, the new
     /// one stands in for it: the colour of the direct sound over all directions then stays as it was measured. Time filters
     /// take the ratio of the two heads in a diffuse field at each ear (both are equalised for both ears together). Image
-    /// sources are heard by the head from their directions. The tiers High and Reference keep the scene's own head.
+    /// sources are heard by the head from their directions. What an anchor cloud plays keeps the scene's own head.
     ///
     /// # Errors
     /// A scene without a field whose directions are the emitter's.

@@ -36,8 +36,7 @@ impl ImageSource {
 /// thread reads.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ImageSources {
-    /// Images, without the emitter itself where the field has it, the most important first: tier Draft plays the first of them
-    /// only.
+    /// Images, without the emitter itself where the field has it, the most important first.
     pub images: Vec<ImageSource>,
     /// What a metre of air takes in [`OCTAVES_HZ`], dB.
     pub air_db_per_m: Octaves,

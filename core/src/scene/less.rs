@@ -26,7 +26,12 @@ impl Scene {
         if !waves {
             parts.bass = None;
         }
-        (parts.refresh, parts.decodes, parts.front) = (refresh, decodes, Vec::new());
+        if decodes == 0 {
+            (parts.cloud, parts.decodes) = (None, usize::MAX);
+        } else {
+            parts.decodes = decodes;
+        }
+        (parts.refresh, parts.front) = (refresh, Vec::new());
         Self::new(parts).ok()
     }
 }

@@ -160,17 +160,6 @@ impl MeasuredRoom {
         Self { samples, late: late.collect(), late_before, lifted, ..self.clone() }
     }
 
-    /// Distance from the emitter at which each of `count` responses was measured, metres.
-    pub(crate) fn distances(&self, emitter: Vec3, count: usize) -> Vec<f32> {
-        let mut found = vec![1.0; count];
-        for site in &self.sites {
-            if let Some(distance) = found.get_mut(whole(f64::from(site.response))) {
-                *distance = site.position.distance(emitter).max(crate::NEAREST_M);
-            }
-        }
-        found
-    }
-
     /// Bytes in memory.
     pub(crate) fn memory_bytes(&self) -> usize {
         size_of_val(&*self.sites)

@@ -117,7 +117,7 @@ pub struct SceneParts {
     pub measured: Option<MeasuredRoom>,
     /// The head that the responses were measured with, where it is known.
     pub measured_head: Option<MeasuredHead>,
-    /// Baked transfer functions: the tiers Draft and Standard.
+    /// Baked transfer functions, looked up where no cloud is decoded.
     pub field: Option<Field>,
     /// Time filters by listener position and head orientation, in a table of their own: its shape has no bins, and that of
     /// `field` no taps then.
@@ -126,9 +126,9 @@ pub struct SceneParts {
     pub images: Option<ImageSources>,
     /// How the emitter is seen round corners, where geometry has it; without it as the image sources' places have it.
     pub corners: Option<Corners>,
-    /// The bass, where waves have it: in every tier, below what all else plays.
+    /// The bass, where waves have it: below what all else plays.
     pub bass: Option<BassField>,
-    /// Anchor cloud with its decoder: the tiers High and, with convolution layers, Reference.
+    /// Anchor cloud with its decoder, and with convolution layers the published head: played in place of `field`.
     pub cloud: Option<AnchorCloud>,
     /// Times as many hops over which the time filters follow a listener who moves, 1 to 4: accuracy against processor time.
     pub refresh: usize,

@@ -24,7 +24,7 @@ pub struct Setting {
     pub refresh: usize,
     /// Whether waves have the bass; images and noise have it otherwise.
     pub waves: bool,
-    /// Decodes a second, at least 1, of a scene that is decoded live.
+    /// Decodes a second of a scene that is decoded live; with 0 its table is played instead, where it has one.
     pub decodes: usize,
 }
 
@@ -46,7 +46,7 @@ impl Setting {
             order: self.order.min(order),
             refresh: self.refresh.clamp(parts.refresh, Self::SLOWEST),
             waves: self.waves && parts.bass.is_some(),
-            decodes: self.decodes.clamp(1, parts.decodes),
+            decodes: self.decodes.max(usize::from(parts.field.is_none() || parts.cloud.is_none())).min(parts.decodes),
         }
     }
 }
@@ -128,6 +128,12 @@ pub struct FrontPoint {
 const EXACT: usize = 1 << 24;
 
 impl FrontPoint {
+    /// The cheapest of some within an error, differences that are just noticed.
+    #[must_use]
+    pub fn within(front: &[Self], jnds: f32) -> Option<&Self> {
+        front.iter().filter(|point| point.error.jnds <= jnds).min_by(|a, b| a.cost.total_cmp(&b.cost))
+    }
+
     /// Numbers that a file has of one.
     pub(super) const NUMBERS: usize = 9;
 

@@ -158,9 +158,6 @@ pub(crate) struct InspectArgs {
     /// Scene file; several are listed, a line for each
     #[arg(required = true, value_name = "SCENE")]
     pub(crate) scenes: Vec<PathBuf>,
-    /// Measure what each tier costs and how far it is off, which takes seconds
-    #[arg(long)]
-    pub(crate) cost: bool,
     #[command(flatten)]
     pub(crate) json: JsonFile,
 }

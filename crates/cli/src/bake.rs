@@ -5,9 +5,9 @@ use crate::measure::words;
 use crate::{report, scene};
 use anyhow::{Context, Result};
 use promenade_baker::field::{FieldOptions, bake_cloud};
-use promenade_baker::trade::{front, within};
+use promenade_baker::trade::front;
 use promenade_baker::{BakeOptions, CONTENT, HoldOut, Levels, Side, bake_responses, read_head};
-use promenade_core::{Provenance, Scene};
+use promenade_core::{FrontPoint, Provenance, Scene};
 
 pub(crate) fn run(source: &BakeSource) -> Result<()> {
     match source {
@@ -86,8 +86,8 @@ fn less(args: &BakeLessArgs) -> Result<()> {
     let limit = args.within.unwrap_or(0.0);
     let points = front(&scene, limit, &|| true).with_context(|| format!("{name}: settings of it cannot be compared"))?;
     let found = || format!("none within {limit} JND");
-    let point =
-        within(&points, limit).with_context(|| format!("{name}: expected settings to choose from, found {}", found()))?;
+    let point = FrontPoint::within(&points, limit)
+        .with_context(|| format!("{name}: expected settings to choose from, found {}", found()))?;
     let kept = scene.with_setting(point.setting).with_context(|| format!("{name}: cannot be reduced"))?;
     let mut parts = kept.parts().clone();
     if args.within.is_some() {

@@ -6,6 +6,7 @@ use anyhow::{Context, Result, bail};
 use promenade_baker::evaluate::{ClipPair, EvaluateOptions, Evaluation, Figure, Figures, Poses, evaluate_each, overall};
 use promenade_baker::wav::{self, Format};
 use promenade_baker::{BakeError, Capture, FileError, LoadOptions, Responses, Split, atomic};
+use promenade_player::Playing;
 use serde_json::{Map, Value, json};
 use std::path::{Path, PathBuf};
 
@@ -13,7 +14,7 @@ pub(crate) fn run(args: &EvalArgs) -> Result<()> {
     let pairs = pairs(&args.subjects)?;
     let head = args.head.as_deref().map(|path| Responses::load(path, &LoadOptions::default())).transpose()?;
     let options = EvaluateOptions {
-        playing: args.tier,
+        playing: if args.clips { Playing::Clips } else { Playing::Stream },
         poses: match args.poses {
             PosesArg::Fixed => Poses::Fixed,
             PosesArg::Path => Poses::Path,
@@ -121,7 +122,7 @@ fn tables(evaluations: &[Evaluation], markdown: bool) -> String {
     for e in evaluations {
         let clips = e.methods.first().map_or(0, |m| m.clips.len());
         let rate = e.sample_rate_hz;
-        let head = format!("{} on {}: {clips} test clips at {rate} Hz, tier {}", e.scene, e.capture, e.playing.name());
+        let head = format!("{} on {}: {clips} test clips at {rate} Hz, {}", e.scene, e.capture, e.playing.name());
         text += &if markdown { format!("## {head}\n\n") } else { format!("{head}\n") };
         let rows = e.methods.iter().map(|m| (m.name.clone(), m.mean, m.note.clone()));
         text += &table(rows, markdown);
@@ -173,7 +174,7 @@ fn as_json(evaluations: &[Evaluation]) -> Value {
                 })
                 .collect();
             json!({
-                "scene": e.scene, "capture": e.capture, "tier": e.playing.name(), "sample_rate_hz": e.sample_rate_hz,
+                "scene": e.scene, "capture": e.capture, "playing": e.playing.name(), "sample_rate_hz": e.sample_rate_hz,
                 "methods": methods, "notes": e.notes,
             })
         })

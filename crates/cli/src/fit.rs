@@ -38,9 +38,9 @@ pub(crate) fn run(args: &FitArgs) -> Result<()> {
         return Ok(());
     }
     let room = room.unwrap_or(Stated::Nothing).room(&set)?;
-    let mut fit = fitter.kept(&room, &set)?;
+    let mut fit = fitter.asked(&room, &set)?;
     if let Some(output) = &args.output {
-        write::all(args, output, &room, &fit, &set)?;
+        write::all(args, output, &fit, &set)?;
     }
     if let Some(changed) = &args.changed {
         evaluate::changed(args, changed, &mut fit, &set)?;

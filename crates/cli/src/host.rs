@@ -45,7 +45,8 @@ fn opened(args: &HostArgs, bundle: &Bundle, rate_hz: u32, inputs: usize) -> Resu
         inputs,
         further: args.tracks.len(),
         outputs: args.outputs.into(),
-        offline: !args.realtime,
+        // Bounces are of all of a scene.
+        offline: !args.realtime && args.within.is_none(),
         ..Setup::default()
     };
     let mut instance = bundle.open_plugin(plugin, setup).with_context(|| format!("{}", args.bundle.display()))?;
@@ -55,7 +56,8 @@ fn opened(args: &HostArgs, bundle: &Bundle, rate_hz: u32, inputs: usize) -> Resu
     if let Some(name) = &args.preset {
         instance.load_preset(&bundle.preset(plugin, name)?).with_context(|| format!("preset {name:?}"))?;
     }
-    for (name, value) in &args.settings {
+    let within = args.within.as_ref().map(|jnds| ("Accuracy".to_owned(), format!("{jnds} JND")));
+    for (name, value) in args.settings.iter().chain(&within) {
         let id = instance.parameter(name)?.id;
         let normalized = instance.from_text(id, value)?;
         instance.set_at(id, normalized, 0)?;

@@ -6,8 +6,8 @@ use anyhow::{Context, Result};
 use promenade_baker::anchors::AnchorSet;
 use promenade_baker::checkpoint::import;
 use promenade_baker::cloud_scene::{CloudSceneOptions, cloud_scene};
+use promenade_core::Provenance;
 use promenade_core::network::Placement;
-use promenade_core::{Provenance, Tier};
 use promenade_paths::PlacementOptions;
 
 pub(crate) fn run(args: &ImportArgs) -> Result<()> {
@@ -36,8 +36,7 @@ pub(crate) fn run(args: &ImportArgs) -> Result<()> {
     let scene = cloud_scene(imported, options).with_context(|| format!("{}: makes no scene", args.checkpoint.display()))?;
     report::notes(&scene.provenance().notes);
     let bytes = scene::write(&args.output, &scene)?;
-    let tiers: Vec<_> = Tier::ALL.into_iter().filter(|t| scene.has_tier(*t)).map(Tier::name).collect();
-    report::line(format_args!("{}: tiers {}, {} kB", args.output.display(), tiers.join(", "), bytes.div_ceil(1000)));
+    report::line(format_args!("{}: {} kB", args.output.display(), bytes.div_ceil(1000)));
     Ok(())
 }
 

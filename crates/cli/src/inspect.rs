@@ -1,14 +1,13 @@
 //! `promenade inspect`: what a scene file holds.
 
 use crate::args::InspectArgs;
-use crate::measure::{HOST_BLOCK, HOST_RATE_HZ};
 use crate::{report, scene};
-use anyhow::{Context, Result, bail};
-use promenade_baker::trade::{TradePoint, tier_points};
+use anyhow::Result;
+use promenade_baker::trade::STANDARD_JNDS;
 use promenade_core::glam::Vec3;
 use promenade_core::network::CloudKind;
 use promenade_core::published::Projection;
-use promenade_core::{AnchorCloud, Facing, Field, MeasuredRoom, Pose, Scene, Tier};
+use promenade_core::{AnchorCloud, Audible, Facing, Field, FrontPoint, MeasuredRoom, Pose, Scene};
 use serde_json::json;
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -16,35 +15,25 @@ use std::sync::Arc;
 pub(crate) fn run(args: &InspectArgs) -> Result<()> {
     let [file] = &args.scenes[..] else { return list(args) };
     let scene = scene::read(file)?;
-    let measure = || tier_points(&scene, HOST_RATE_HZ, HOST_BLOCK, &|| true);
-    let costs = args.cost.then(measure).transpose().with_context(|| file.display().to_string())?;
-    report::json_or(&args.json, &as_json(&scene, costs.as_deref()), || as_text(&scene, costs.as_deref().unwrap_or_default()))
+    report::json_or(&args.json, &as_json(&scene), || as_text(&scene))
 }
 
 /// A line for each scene, with how far up its data go: what was measured at 16 kHz has no more treble than that.
 fn list(args: &InspectArgs) -> Result<()> {
-    if args.cost {
-        bail!("--cost is for one scene, found {}", args.scenes.len());
-    }
     let scenes = args.scenes.iter().map(|file| Ok(scene::read(file)?)).collect::<Result<Vec<_>>>()?;
-    let all = scenes.iter().map(|scene| as_json(scene, None)).collect::<Vec<_>>();
-    let head = ["file", "data at", "known to", "decay", "tiers", "title"].map(str::to_owned).to_vec();
+    let all = scenes.iter().map(|scene| as_json(scene)).collect::<Vec<_>>();
+    let head = ["file", "data at", "known to", "decay", "title"].map(str::to_owned).to_vec();
     let row = |(file, scene): (&PathBuf, &Arc<Scene>)| {
         vec![
             report::file_name(file),
             format!("{} kHz", scene.grid().sample_rate_hz / 1e3),
             format!("{:.1} kHz", scene.top_hz() / 1e3),
             format!("{:.2} s", scene.tail().longest_t60_s()),
-            tiers(scene).join(", "),
             scene.title().to_owned(),
         ]
     };
     let rows = std::iter::once(head).chain(args.scenes.iter().zip(&scenes).map(row)).collect::<Vec<_>>();
     report::json_or(&args.json, &json!(all), || report::table(&rows, false))
-}
-
-fn tiers(scene: &Scene) -> Vec<&'static str> {
-    scene.tiers().map(Tier::name).collect()
 }
 
 fn ypr_deg(pose: &Pose) -> [f32; 3] {
@@ -118,8 +107,8 @@ fn field_text(field: &Field) -> String {
     format!("{} nodes along {by}, {} kB", counts.join(" x "), field.memory_bytes().div_ceil(1000))
 }
 
-fn as_json(scene: &Scene, costs: Option<&[TradePoint]>) -> serde_json::Value {
-    let cost = |p: &TradePoint| json!({ "tier": p.tier.name(), "real_time": p.real_time, "error_jnds": p.error_jnds() });
+fn as_json(scene: &Scene) -> serde_json::Value {
+    let point_of = |p: &FrontPoint| json!({ "jnd": p.error.jnds, "measure": p.error.measure.name(), "operations": p.cost });
     let provenance = scene.provenance();
     let grid = scene.grid();
     let (low, high) = scene.bounds();
@@ -130,7 +119,6 @@ fn as_json(scene: &Scene, costs: Option<&[TradePoint]>) -> serde_json::Value {
         "licence": provenance.licence,
         "recipe": provenance.recipe,
         "notes": provenance.notes,
-        "tiers": tiers(scene),
         "sample_rate_hz": grid.sample_rate_hz,
         "n_fft": grid.n_fft,
         "hop": grid.hop,
@@ -148,11 +136,11 @@ fn as_json(scene: &Scene, costs: Option<&[TradePoint]>) -> serde_json::Value {
         "anchors": scene.anchors().len(),
         "held_out": scene.held_out().iter().map(|h| h.name.as_str()).collect::<Vec<_>>(),
         "memory_bytes": scene.memory_bytes(),
-        "costs": costs.map(|costs| costs.iter().map(cost).collect::<Vec<_>>()),
+        "front": scene.parts().front.iter().map(point_of).collect::<Vec<_>>(),
     })
 }
 
-fn as_text(scene: &Scene, costs: &[TradePoint]) -> String {
+fn as_text(scene: &Scene) -> String {
     let provenance = scene.provenance();
     let grid = scene.grid();
     let (low, high) = scene.bounds();
@@ -165,7 +153,6 @@ fn as_text(scene: &Scene, costs: &[TradePoint]) -> String {
         ("credit", provenance.credit.clone()),
         ("licence", provenance.licence.clone()),
         ("made by", provenance.recipe.clone()),
-        ("tiers", tiers(scene).join(", ")),
         ("grid", format!("{} Hz, window {} ({window_ms:.1} ms), hop {}", grid.sample_rate_hz, grid.n_fft, grid.hop)),
         ("bands", format!("{}, known up to {:.0} Hz", scene.bands().count(), scene.top_hz())),
         ("longest decay", format!("{:.2} s", scene.tail().longest_t60_s())),
@@ -183,9 +170,12 @@ fn as_text(scene: &Scene, costs: &[TradePoint]) -> String {
         ("held out", scene.held_out().len().to_string()),
         ("memory", format!("{} kB", scene.memory_bytes().div_ceil(1000))),
     ];
-    let cost =
-        |p: &TradePoint| format!("{}: {:.2} % of a core, error {:.2} JND", p.tier.name(), 100.0 * p.real_time, p.error_jnds());
-    let costs = costs.iter().map(|point| ("costs", cost(point)));
+    let costs = STANDARD_JNDS.iter().filter_map(|jnds| FrontPoint::within(&scene.parts().front, *jnds));
+    let cost = |p: &FrontPoint| {
+        let Audible { jnds, measure } = p.error;
+        format!("{:.0} % of its cost for {jnds:.2} JND by {}", 100.0 * p.cost, measure.name())
+    };
+    let costs = costs.map(|point| ("accuracy", cost(point)));
     let notes = provenance.notes.iter().map(|note| ("note", note.clone()));
     report::properties(rows.into_iter().chain(costs).chain(notes))
 }

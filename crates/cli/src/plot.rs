@@ -2,11 +2,9 @@
 
 mod intervals;
 mod plan;
-mod points;
 
 pub(crate) use intervals::Interval;
 pub(crate) use plan::{Panel, Plan};
-pub(crate) use points::Point;
 
 use anyhow::{Result, anyhow};
 use plotters::coord::Shift;
@@ -112,16 +110,6 @@ pub(crate) fn plan_svg(plan: &Plan, panels: &[Panel]) -> Result<String> {
 /// Measures over a plan of a room, as PNG.
 pub(crate) fn plan_png(plan: &Plan, panels: &[Panel]) -> Result<Vec<u8>> {
     png_of(plan.size(panels.len())?, |area| plan.draw(area, panels))
-}
-
-/// Named points over two logarithmic axes, as SVG.
-pub(crate) fn points_svg(title: &str, axes: [&str; 2], points: &[Point<'_>]) -> Result<String> {
-    svg_of(points::SIZE, |area| points::draw(area, title, axes, points))
-}
-
-/// Named points over two logarithmic axes, as PNG.
-pub(crate) fn points_png(title: &str, axes: [&str; 2], points: &[Point<'_>]) -> Result<Vec<u8>> {
-    png_of(points::SIZE, |area| points::draw(area, title, axes, points))
 }
 
 fn png_of(

@@ -31,7 +31,7 @@ fn a_capture_is_made_checked_and_evaluated() {
     let [json, markdown, plots, wavs] = &names;
     let files = ["--json", json, "--markdown", markdown, "--plots", plots, "--wavs", wavs];
     let (table, _) = succeeds(&[&["eval", &scene, &capture, &capture], &files[..]].concat());
-    assert!(table.contains("test room on test room: 8 test clips at 16000 Hz, tier standard"), "{table}");
+    assert!(table.contains("test room on test room: 8 test clips at 16000 Hz, stream"), "{table}");
     assert!(table.contains("Mean over 2 captures") && table.contains("stereo-energy *"), "{table}");
     let markdown = std::fs::read_to_string(markdown).unwrap();
     assert!(markdown.contains("| method") && markdown.contains("MAG (RWAVS)"), "{markdown}");
@@ -46,14 +46,13 @@ fn a_capture_is_made_checked_and_evaluated() {
     assert_eq!(json["overall"][0]["mean"], methods[0]["mean"]);
     let plot = std::fs::read_to_string(Path::new(plots).join("avcloud_mag.svg")).unwrap();
     assert!(plot.starts_with("<svg") && plot.ends_with("</svg>\n") && plot.matches("<rect").count() == 1 + 7, "{plot}");
-    assert_eq!(std::fs::read_dir(plots).unwrap().count(), 10);
+    assert_eq!(std::fs::read_dir(plots).unwrap().count(), 8);
     let written: Vec<_> = std::fs::read_dir(Path::new(wavs).join("01-test_room")).unwrap().map(|e| e.unwrap().path()).collect();
     assert_eq!(written.len(), 8 * 8, "seven methods and the recording");
     assert_eq!(sound::read(&written[0]).unwrap().frames(), 8_000);
 
-    let (alone, _) =
-        succeeds(&["eval", &scene, &capture, "--no-baselines", "--tier", "draft", "--fit-level", "--poses", "path"]);
-    assert!(alone.contains("tier draft") && alone.contains("level was fitted") && !alone.contains("mono"), "{alone}");
+    let (alone, _) = succeeds(&["eval", &scene, &capture, "--no-baselines", "--fit-level", "--poses", "path"]);
+    assert!(alone.contains("level was fitted") && !alone.contains("mono"), "{alone}");
 }
 
 #[test]
@@ -66,7 +65,7 @@ fn mistakes_are_one_line() {
         fails(&["capture", "from-responses", room, "-o", &capture]).contains("dry sound: expected at least one, found none")
     );
     assert!(fails(&["eval", &capture, &scene]).contains("expected a scene first, found a capture"));
-    assert!(fails(&["eval", &scene, &capture, "--tier", "high"]).contains("tier: expected draft or standard, found high"));
+    assert!(fails(&["eval", &scene, &capture, "--clips"]).contains("anchor cloud"));
     assert!(fails(&["capture", "check", &scene]).contains("room.promenade"));
     let import = |more: &[&str]| fails(&[&["capture", "import", room, "-o", &place.text("x")], more].concat());
     assert!(import(&["--layout", "rwavs"]).contains("transforms_scale_train.json: cannot be read"));

@@ -24,11 +24,7 @@ fn bakes_inspects_and_measures() {
     let json = json(&["inspect", &scene, "--json"]);
     assert_eq!((json["title"].as_str(), json["sample_rate_hz"].as_f64()), (Some("test room"), Some(16_000.0)));
     assert_eq!(json["held_out"].as_array().unwrap().len(), 3);
-    assert!(json["costs"].is_null(), "measured without being asked");
-    let costs = &crate::common::json(&["inspect", &scene, "--json", "--cost"])["costs"];
-    assert_eq!((costs[0]["tier"].as_str(), costs[1]["tier"].as_str()), (Some("draft"), Some("standard")));
-    assert!(costs[0]["real_time"].as_f64() > Some(0.0) && costs[0]["error_jnds"].as_f64() > costs[1]["error_jnds"].as_f64());
-    assert!(succeeds(&["inspect", &scene, "--cost"]).0.contains("% of a core, error"));
+    assert_eq!(json["front"].as_array().map(Vec::len), Some(0), "{json}");
 
     let (table, _) = succeeds(&["measure", &scene]);
     // A head, three poses, the means and what is just noticed, of figures and of levels.
@@ -276,7 +272,6 @@ fn bad_input_is_one_line_and_leaves_nothing() {
         ),
         (vec!["render", &scene, &input, &p("in.wav/out.wav")], "out.wav: cannot be written"),
         (vec!["render", &scene, &input, &set], "a folder"),
-        (vec!["render", &scene, &input, &out, "--tier", "reference"], "reference"),
         (vec!["bake", "responses", &p("none"), "-o", &out], "none: cannot be read"),
         (
             vec!["bake", "responses", &set, "-o", &out, "--hold-out", "azimuth=17"],
@@ -380,7 +375,7 @@ fn a_wrong_command_line_is_status_2() {
         &["render", "a", "b", "c", "--mix", "NaN"],
         &["render", "a", "b", "c", "--pose", "1,2"],
         &["render", "a", "b", "c", "--bits", "12"],
-        &["render", "a", "b", "c", "--tier", "best"],
+        &["render", "a", "b", "c", "--tier", "draft"],
         &["render", "a", "b", "c", "--block", "0"],
         &["render", "a", "b", "c", "--loop"],
         &["path"],
@@ -423,43 +418,42 @@ fn import(name: &str, scene: &str) {
 }
 
 #[test]
-fn a_checkpoint_becomes_a_scene_that_every_tier_renders() {
+fn a_checkpoint_becomes_a_scene_that_is_rendered() {
     let place = Place::new();
     let imported = place.text("imported.promenade");
     import("simple_sh.safetensors", &imported);
     let (text, _) = succeeds(&["inspect", &imported]);
-    assert!(text.contains("simple-sh, 4 anchors") && text.contains("high"), "{text}");
+    assert!(text.contains("simple-sh, 4 anchors") && text.contains("conv off"), "{text}");
 
     let (scene, baked, dry) = (place.text("cloud.promenade"), place.text("baked.promenade"), place.text("dry.wav"));
     std::fs::write(&scene, small_cloud().to_bytes().unwrap()).unwrap();
     let (_, said) = succeeds(&["bake", "field", &scene, "-o", &baked, "--pitch", "0,0", "--roll", "0,0", "--max-mb", "0.3"]);
     assert!(said.contains("dB in the median") && said.contains("kB"), "{said}");
     let json = json(&["inspect", &baked, "--json"]);
-    assert_eq!(json["tiers"], serde_json::json!(["draft", "standard", "high", "reference"]));
     assert!(json["field"]["memory_bytes"].as_u64().unwrap() <= 300_000, "{json}");
 
-    // At another rate than the model's, so that reference and clip convert.
+    // At another rate than the model's, so that clips convert.
     wav::write(Path::new(&dry), RATE, &[&noise(1, RATE as usize)], Format::Float32).unwrap();
-    let levels = ["draft", "standard", "high", "reference", "clip"].map(|tier| {
-        let out = place.text(&format!("{tier}.wav"));
-        succeeds(&["render", &baked, &dry, &out, "--tier", tier, "--bits", "32f"]);
+    let render = |name: &str, options: &[&str]| {
+        let out = place.text(name);
+        succeeds(&[&["render", &baked, &dry, &out, "--bits", "32f"], options].concat());
         let wet = sound::read(Path::new(&out)).unwrap();
-        assert!(wet.sample_rate_hz == RATE && wet.channels.len() == 2, "{tier}");
-        assert!(wet.frames() >= RATE as usize, "{tier}: {} frames", wet.frames());
+        assert!(wet.sample_rate_hz == RATE && wet.channels.len() == 2, "{name}");
+        assert!(wet.frames() >= RATE as usize, "{name}: {} frames", wet.frames());
         rms(&wet.channels[0][..RATE as usize])
-    });
+    };
+    let levels = [render("stream.wav", &[]), render("clips.wav", &["--clips"])];
     assert!(levels.iter().all(|l| *l > 1e-3), "{levels:?}");
-    assert!((levels[3] / levels[4]).log10().abs() < 0.3, "reference and clip are the same head: {levels:?}");
+    assert!((levels[0] / levels[1]).log10().abs() < 0.3, "stream and clips are the same head: {levels:?}");
     let twice = place.text("twice.wav");
-    succeeds(&["render", &baked, &dry, &twice, "--tier", "high", "--bits", "32f"]);
-    assert!(std::fs::read(&twice).unwrap() == std::fs::read(place.path("high.wav")).unwrap(), "two renders differ");
+    render("twice.wav", &[]);
+    assert!(std::fs::read(&twice).unwrap() == std::fs::read(place.path("stream.wav")).unwrap(), "two renders differ");
 
     let room = place.bake();
     all_fail(&[
-        (vec!["render", &room, &dry, &twice, "--tier", "clip"], "anchor cloud"),
-        (vec!["render", &scene, &dry, &twice, "--tier", "standard"], "tier: expected high or reference, found standard"),
-        (vec!["render", &baked, &dry, &twice, "--tier", "reference", "--decay", "2"], "knows no parts"),
-        (vec!["render", &baked, &dry, &twice, "--tier", "clip", "--low-cut", "80"], "knows no parts"),
+        (vec!["render", &room, &dry, &twice, "--clips"], "anchor cloud"),
+        (vec!["render", &baked, &dry, &twice, "--decay", "2"], "knows no parts"),
+        (vec!["render", &baked, &dry, &twice, "--clips", "--low-cut", "80"], "knows no parts"),
         (vec!["bake", "field", &room, "-o", &baked], "anchor cloud"),
         (vec!["import", &dry, "-o", &imported], "dry.wav"),
         (vec!["import", &checkpoint("simple_sh.safetensors"), "-o", &imported], "the scene's anchors"),

@@ -54,7 +54,7 @@ fn a_log_is_told_of_work_every_ten_seconds() {
     crate::simulate::head(&folder.path().join("head"));
     let (ears, out) = (text("head"), text("out"));
     let room = ["simulate", "box", "--size", "7,5,3", "--emitter", "3,2,1.5", "--head", &ears, "-o", &out];
-    let long = ["--rays", "20000000", "--length", "4", "--absorption", "0.01", "--poses", "20"];
+    let long = ["--rays", "20000000", "--length", "4", "--materials", "0.01", "--poses", "20"];
     let mut child =
         Command::new(env!("CARGO_BIN_EXE_promenade")).args([&room[..], &long].concat()).stderr(Stdio::piped()).spawn().unwrap();
     let began = Instant::now();

@@ -88,7 +88,7 @@ fn lists_the_parameters<H: Host>() {
     let (pose, sound): (&[&str], &[&str]) =
         if H::FORMAT == promenade_tests::Format::Clap { (&["Pose"], &["Sound"]) } else { (&[], &[]) };
     assert_eq!(row("Yaw"), [&["119407", "0.00", "deg", "-30.00", "deg", "-", "yes"], pose].concat());
-    assert_eq!(row("Tier"), [&["3559906", "Standard", "Standard", "3", "yes"], sound].concat());
+    assert_eq!(&row("Accuracy")[1..], [&["All", "All", "4", "yes"], sound].concat());
     assert_eq!(text.contains("page Listener / Pose: Listener X"), H::FORMAT == promenade_tests::Format::Clap, "{text}");
 }
 
@@ -274,7 +274,7 @@ fn what_is_wrong_is_said_in_one_line<H: Host>() {
     let automated = |text: &str| fails(&["--automation", &moves(text)]);
     for (line, said) in [
         (fails(&["--set", "Jaw=3"]), "parameters, found \"Jaw\""),
-        (fails(&["--set", "Tier=Best"]), "such as \"Standard\", found \"Best\""),
+        (fails(&["--set", "Accuracy=Best"]), "such as \"All\", found \"Best\""),
         (fails(&["--state", &input]), "dry.wav"),
         (fails(&["--plugin", "Other"]), "expected a plugin \"Other\", found Promenade"),
         (fails(&["--automation", "none.json"]), "none.json: cannot be read"),

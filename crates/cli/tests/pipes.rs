@@ -27,7 +27,7 @@ fn sounds_and_paths_go_through_pipes_and_messages_to_standard_error() {
     assert!(fed(&walk, &["render", &scene, &input, "-o", "-", "--path", "-"]).stdout == whole, "a path from a pipe");
     // FLAC is looked at before it is read.
     let flac = concat!(env!("CARGO_MANIFEST_DIR"), "/../../data/phrase.flac");
-    let mut sound = fed(flac, &["render", &scene, "-", "-o", "-", "--tier", "draft"]).stdout;
+    let mut sound = fed(flac, &["render", &scene, "-", "-o", "-", "--mix", "0.5"]).stdout;
     assert_eq!(sound.drain(..4).collect::<Vec<_>>(), b"RIFF");
 
     let converted = fed(&walk, &["path", "-", "-o", "-"]);

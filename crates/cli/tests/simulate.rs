@@ -106,7 +106,7 @@ fn a_box_is_simulated_along_a_walk() {
     let (ears, walk, out) = (text("head"), text("walk.csv"), text("room"));
     std::fs::write(&walk, "t,x,y,z,yaw,pitch,roll\n0,2,0.5,1.2,0,0,0\n10,4,0.5,1.2,180,0,0\n").unwrap();
     let room = ["simulate", "box", "--size", "6,4,2.8", "--emitter", "3,3.2,1.5", "--head", &ears, "--rate", "16000"];
-    let dead = ["--absorption", "1", "-o", &out, "--path", &walk, "--poses", "5"];
+    let dead = ["--materials", "1", "-o", &out, "--path", &walk, "--poses", "5"];
     let (_, said) = succeeds(&[&room[..], &dead].concat());
     assert!(said.contains("5 responses of") && said.contains("at 16000 Hz"), "{said}");
     let set = Responses::load(Path::new(&out), &LoadOptions::default()).unwrap();
@@ -127,7 +127,7 @@ fn a_box_is_simulated_along_a_walk() {
         "{places:?}"
     );
     succeeds(
-        &[&room[..], &["-o", &out, "--poses", "7", "--length", "0.1", "--absorption", "0.1;0.1;0.2;0.2;0.4;0.6"]].concat(),
+        &[&room[..], &["-o", &out, "--poses", "7", "--length", "0.1", "--materials", "0.1;0.1;0.2;0.2;0.4;0.6"]].concat(),
     );
     assert_eq!(Responses::load(Path::new(&out), &LoadOptions::default()).unwrap().responses.len(), 7);
 
@@ -242,7 +242,7 @@ fn a_box_becomes_a_scene_that_ambisonic_microphones_hear() {
     let text = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
     head(&folder.path().join("head"));
     let (scene, click, out) = (text("box.promenade"), text("click.wav"), text("out.wav"));
-    let room = ["simulate", "box", "--size", "6,4,2.8", "--emitter", "3,3.2,1.5", "--absorption", "0.6"];
+    let room = ["simulate", "box", "--size", "6,4,2.8", "--emitter", "3,3.2,1.5", "--materials", "0.6"];
     let (_, said) = succeeds(&[&room[..], &["--head", &text("head"), "-o", &scene]].concat());
     assert!(said.contains("60 image sources"), "{said}");
     let mut dry = vec![0.0; 9_600];
@@ -334,7 +334,7 @@ fn a_scene_is_as_loud_however_it_is_made_and_its_recipe_makes_it_again() {
     let louder = made(&[&rules[..], &["--grid", "2", "--gain", "-7"]].concat());
     assert!((louder - coarse + 7.0).abs() < 0.05, "{louder} and {coarse} dB");
     let of_box = ["simulate", "box", "--size", "6,4,2.8", "--emitter", "3,3.2,1.5", "--head", &ears, "--rate", "16000"];
-    succeeds(&[&of_box[..], &["--absorption", "0.1", "--waves", "0", "-o", &scene]].concat());
+    succeeds(&[&of_box[..], &["--materials", "0.1", "--waves", "0", "-o", &scene]].concat());
     let lengths = heard_db(folder.path(), &scene, pose);
     assert!((lengths - coarse).abs() < 0.4, "{lengths} and {coarse} dB");
     // Everything that is not as it is by itself.

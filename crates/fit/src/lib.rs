@@ -10,7 +10,7 @@
 //! let set = Measurements::load("hall".as_ref(), &LoadOptions::default())?;
 //! // The room as it is known: a box of these lengths, whose walls may be off.
 //! let room = FlatRoom::of_box(Walls::of_size([9.7, 5.5, 2.7])?)?;
-//! let fit = full_fit(&room, &set, &FullOptions::default(), None, &mut |_, share| {
+//! let fit = full_fit(&room, &set, &FullOptions::default(), &mut |share| {
 //!     println!("{:.0} %", 100.0 * share);
 //!     Ok(())
 //! })?;
@@ -35,7 +35,7 @@ mod search;
 pub use bands::{BANDS, Bands, Estimate, FITTED_HZ, PerBand};
 pub use early::Chain;
 pub use error::FitError;
-pub use fits::{Alike, Found, FullFit, FullOptions, Saved, SurfaceFit, VoxelFit, WallFound, full_fit, octave_t20_s};
+pub use fits::{Alike, Found, FullFit, FullOptions, SurfaceFit, VoxelFit, WallFound, full_fit, octave_t20_s};
 pub use late::{Histories, Surface};
 pub use measurements::{Clock, Errors, Figures, LEAST_RESPONSES, LoadOptions, Measurement, Measurements, Place};
 pub use numerics::Random;
@@ -43,8 +43,6 @@ pub use prediction::{
     Arrival, Baseline, Prediction, Residual, RoomModel, Row, Split, all_figures, baselines, fit_row, mean_rows,
     prediction_errors,
 };
-pub use report::{
-    Curve, MaterialsBeside, PictureNames, SourceBeside, absorption_svg, box_obj, decays_svg, full_mesh, plan_svg, table,
-};
+pub use report::{MaterialsBeside, SourceBeside, box_obj, decays_svg, full_mesh, table};
 pub use room::{BoxPath, FlatRoom, FlatWall, Form, MOST_PATCHES, Patch, Path, Sequences, Voxels, WALLS, Walls};
 pub use search::{Scanned, Searched, search_box};

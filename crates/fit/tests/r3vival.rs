@@ -36,7 +36,7 @@ mod figures {
                 let mut rows = baselines(&set, &figures, &split);
                 let train = set.only(&split.train);
                 let began = Instant::now();
-                let full = full_fit(&room, &train, &FullOptions::default(), None, &mut |_, _| Ok(())).unwrap();
+                let full = full_fit(&room, &train, &FullOptions::default(), &mut |_| ()).unwrap();
                 rows.push(fit_row("full fit", &full, &set, &figures, &split));
                 println!("full {:.1} s", began.elapsed().as_secs_f64());
                 tables.push(rows);
@@ -54,7 +54,7 @@ mod figures {
         let folder = std::path::PathBuf::from(std::env::var("SETTINGS").unwrap());
         let [before, after] = ["000", "100"].map(load);
         let room = FlatRoom::of_box(Walls::of_size([9.7, 5.5, 2.7]).unwrap()).unwrap();
-        let fit = full_fit(&room, &before, &FullOptions::default(), None, &mut |_, _| Ok(())).unwrap();
+        let fit = full_fit(&room, &before, &FullOptions::default(), &mut |_| ()).unwrap();
         let [t000, t100] = [&before, &after].map(octave_t20_s);
         // The array's front looks to lesser x: right is y1, left y0, back x1. Whether the front has panels is not stated.
         for (front, panels) in [(false, vec![1, 2, 3]), (true, vec![1, 2, 3, 0])] {
@@ -98,7 +98,7 @@ mod needs_shared {
         let rows = baselines(&set, &figures, &split);
         let room = FlatRoom::of_box(Walls::of_size([9.7, 5.5, 2.7]).unwrap()).unwrap();
         let held = FullOptions { order: 3, geometry: false, places: false, source: false, ..FullOptions::default() };
-        let fit = full_fit(&room, &set.only(&split.train), &held, None, &mut |_, _| Ok(())).unwrap();
+        let fit = full_fit(&room, &set.only(&split.train), &held, &mut |_| ()).unwrap();
         let fit = fit_row("full fit", &fit, &set, &figures, &split).errors;
         let [nearest, _, regression] = [0, 1, 2].map(|i: usize| rows[i].errors);
         assert!(regression.c50_db < 0.6 && regression.t60_percent < 5.0, "{regression:?}");

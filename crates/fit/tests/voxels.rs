@@ -105,7 +105,7 @@ fn patches_that_sound_has_met_are_known() {
     let options =
         FullOptions { order: 4, window_s: 0.025, geometry: false, places: false, source: false, ..FullOptions::default() };
     let room = FlatRoom::of_box(Walls::of_size(SIZE).unwrap()).unwrap();
-    let whole = full_fit(&room, &set, &options, None, &mut |_, _| Ok(())).unwrap();
+    let whole = full_fit(&room, &set, &options, &mut |_| ()).unwrap();
     let mut shares = Vec::new();
     let fit = whole.in_voxels(&set, 0.44, 1, &mut |share| shares.push(share)).unwrap();
     assert!(shares.is_sorted() && shares.iter().all(|s| (0.0..=1.0).contains(s)));

@@ -3,7 +3,7 @@
 use crate::error::JudgeError;
 use crate::measures::{Unmeasurable, response_measures, response_s};
 use crate::poses::{Course, noise};
-use promenade_core::{Audible, Measure, Pose, Quality, Renderer, RendererConfig, ResponseMeasures, Scene, StftGrid, Voice};
+use promenade_core::{Audible, LiveParams, Measure, Pose, Renderer, RendererConfig, ResponseMeasures, Scene, StftGrid, Voice};
 use promenade_fourier::num_complex::Complex64;
 use promenade_fourier::spectrum;
 use promenade_metrics::statistics::quantile;
@@ -75,9 +75,9 @@ impl Heard {
     ///
     /// # Errors
     /// It cannot be rendered, its responses cannot be measured, or they are no longer asked for.
-    pub fn of(scene: &Arc<Scene>, quality: Quality, course: &Course, wanted: &dyn Fn() -> bool) -> Result<Self, JudgeError> {
+    pub fn of(scene: &Arc<Scene>, course: &Course, wanted: &dyn Fn() -> bool) -> Result<Self, JudgeError> {
         let rate = scene.grid().sample_rate_hz;
-        let mut player = Player::new(scene, quality)?;
+        let mut player = Player::new(scene)?;
         let bands = critical_bands(f64::from(scene.top_hz()).min(0.45 * rate));
         let seconds = (OF_DECAY / 1.5 * response_s(scene)).clamp(0.25, LONGEST_S);
         let standing = course
@@ -118,8 +118,8 @@ impl Heard {
 ///
 /// # Errors
 /// It cannot be rendered, or its responses cannot be measured.
-pub fn errors_to_measurements(scene: &Arc<Scene>, quality: Quality) -> Result<Vec<Audible>, JudgeError> {
-    let (rate, mut player) = (scene.grid().sample_rate_hz, Player::new(scene, quality)?);
+pub fn errors_to_measurements(scene: &Arc<Scene>) -> Result<Vec<Audible>, JudgeError> {
+    let (rate, mut player) = (scene.grid().sample_rate_hz, Player::new(scene)?);
     let (mut rendered, mut measured) = (Vec::new(), Vec::new());
     for held in scene.held_out() {
         let ears = player.respond(held.pose, response_s(scene), &|| true)?;
@@ -144,14 +144,12 @@ type Ears = [Vec<f32>; 2];
 /// Plays a scene at its own rate, sound by sound, and waits for every decode.
 struct Player {
     renderer: Renderer,
-    quality: Quality,
 }
 
 impl Player {
-    fn new(scene: &Arc<Scene>, mut quality: Quality) -> Result<Self, JudgeError> {
-        quality.live.wait = true;
-        let config = RendererConfig::inline(scene, scene.grid().sample_rate_hz, quality.tier, 1);
-        Ok(Self { renderer: Renderer::new(Arc::clone(scene), config)?, quality })
+    fn new(scene: &Arc<Scene>) -> Result<Self, JudgeError> {
+        let config = RendererConfig::inline(scene, scene.grid().sample_rate_hz, 1);
+        Ok(Self { renderer: Renderer::new(Arc::clone(scene), config)? })
     }
 
     /// Both ears of a sound, as long as it; `pose_at` is given seconds from its start.
@@ -166,7 +164,8 @@ impl Player {
             }
             let start = n * BLOCK;
             let sound = Voice::from(&dry[start.min(dry.len())..(start + BLOCK).min(dry.len())]);
-            self.renderer.process(&[sound], [left, right], self.quality, &mut |i| pose_at((start + i) as f64 / rate));
+            let live = LiveParams { wait: true, ..LiveParams::default() };
+            self.renderer.process(&[sound], [left, right], live, &mut |i| pose_at((start + i) as f64 / rate));
         }
         Ok(ears.map(|mut ear| ear.split_off(latency)))
     }
@@ -288,7 +287,7 @@ mod tests {
     fn a_scene_is_as_itself_and_less_of_it_is_not() {
         let scene = room_with_images(8_000.0, 0.2, 0.05, 8);
         let course = Course::new(&scene, 3, 1, 1);
-        let heard = |scene: &Arc<Scene>| Heard::of(scene, Quality::default(), &course, &|| true).unwrap();
+        let heard = |scene: &Arc<Scene>| Heard::of(scene, &course, &|| true).unwrap();
         let less = |setting| Arc::new(scene.with_setting(setting).unwrap());
         let full = heard(&scene);
         let same: Vec<Audible> = Measure::ALL.iter().map(|measure| Audible { jnds: 0.0, measure: *measure }).collect();
@@ -297,7 +296,7 @@ mod tests {
         assert!(figure(&one, Measure::T20) > 1.0 && figure(&one, Measure::Levels) > 0.5, "{one:?}");
         let slow = heard(&less(Setting { refresh: 4, ..Setting::ALL })).errors(&full);
         assert!(figure(&slow, Measure::C50) < 0.02 && figure(&slow, Measure::MovingLevels) > 1e-3, "{slow:?}");
-        assert_eq!(Heard::of(&scene, Quality::default(), &course, &|| false).err(), Some(JudgeError::Unwanted));
+        assert_eq!(Heard::of(&scene, &course, &|| false).err(), Some(JudgeError::Unwanted));
     }
 
     #[test]

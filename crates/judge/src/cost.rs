@@ -2,7 +2,7 @@
 
 use crate::poses::{noise, walk};
 use cpu_time::ThreadTime;
-use promenade_core::{BlockParams, Quality, Renderer, RendererConfig, Scene, Spatializer};
+use promenade_core::{BlockParams, Renderer, RendererConfig, Scene, Spatializer};
 use promenade_metrics::statistics::median;
 use std::sync::Arc;
 
@@ -10,17 +10,17 @@ use std::sync::Arc;
 const RUNS: usize = 5;
 
 /// Processor seconds per second of audio of renderings of scenes at a host's rate and block, on a second of noise, the listener
-/// walking at 1 m/s and turning at 90 degrees a second; `None` for a tier that only the scene's own rate has.
+/// walking at 1 m/s and turning at 90 degrees a second; `None` for one that cannot be played.
 ///
 /// Processor time of the calling thread; medians of 5 runs in which all take turns.
 #[must_use]
-pub fn real_times(played: &[(Arc<Scene>, Quality)], sample_rate_hz: f64, block: usize) -> Vec<Option<f64>> {
+pub fn real_times(scenes: &[Arc<Scene>], sample_rate_hz: f64, block: usize) -> Vec<Option<f64>> {
     let input = noise(sample_rate_hz as usize);
-    let mut engines: Vec<Option<(Spatializer, Vec<f64>)>> = played
+    let mut engines: Vec<Option<(Spatializer, Vec<f64>)>> = scenes
         .iter()
-        .map(|(scene, Quality { tier, .. })| {
-            let config = RendererConfig::inline(scene, sample_rate_hz, *tier, 1);
-            let renderer = Renderer::new(Arc::clone(scene), config).ok().filter(|played| played.played_tier(*tier) == *tier)?;
+        .map(|scene| {
+            let config = RendererConfig::inline(scene, sample_rate_hz, 1);
+            let renderer = Renderer::new(Arc::clone(scene), config).ok()?;
             let mut spatializer = Spatializer::new(sample_rate_hz);
             spatializer.install(Box::new(renderer));
             Some((spatializer, Vec::new()))
@@ -28,9 +28,9 @@ pub fn real_times(played: &[(Arc<Scene>, Quality)], sample_rate_hz: f64, block: 
         .collect();
     let (mut left, mut right) = (vec![0.0; block], vec![0.0; block]);
     for _ in 0..RUNS {
-        for (engine, (scene, Quality { tier, live })) in engines.iter_mut().zip(played) {
+        for (engine, scene) in engines.iter_mut().zip(scenes) {
             let Some((spatializer, times)) = engine else { continue };
-            let params = BlockParams { tier: *tier, live: *live, ..BlockParams::default() };
+            let params = BlockParams::default();
             let start = scene.start_pose();
             let began = ThreadTime::now();
             for (b, x) in input.chunks(block).enumerate() {

@@ -4,7 +4,7 @@
 //! None of this is real-time safe. Whatever takes long is given a closure that says whether its result is still wanted.
 //!
 //! ```
-//! use promenade_core::{Scene, Tier};
+//! use promenade_core::Scene;
 //! use promenade_judge::cost::real_times;
 //! use promenade_judge::response_measures;
 //! use std::sync::Arc;
@@ -13,7 +13,7 @@
 //! let scene = Arc::new(Scene::from_bytes(&std::fs::read(file)?)?);
 //!
 //! // Processor seconds per second of sound.
-//! let costs = real_times(&[(scene, Tier::Standard.into())], 48_000.0, 512);
+//! let costs = real_times(&[scene], 48_000.0, 512);
 //! assert!(costs[0] > Some(0.0));
 //! // The figures of a response, here of a click at both ears, which has no decay.
 //! let mut click = vec![0.0; 4_800];

@@ -1,10 +1,9 @@
 //! Accuracy against processor time: what less of a scene costs, and how far it is off.
 
 use crate::audible::Heard;
-use crate::cost::real_times;
 use crate::error::JudgeError;
 use crate::poses::Course;
-use promenade_core::{Audible, FrontPoint, LiveParams, Measure, Quality, Scene, Setting, Tier};
+use promenade_core::{Audible, FrontPoint, Measure, Scene, Setting};
 use std::collections::HashMap;
 use std::sync::Arc;
 
@@ -16,84 +15,45 @@ pub const STANDARD_JNDS: [f32; 4] = [0.25, 0.5, 1.0, 2.0];
 const POSES: usize = 20;
 const SEED: u64 = 1;
 const OTHER_WAYS: usize = 3;
+/// Other ways on which what was chosen is checked, their seed, and how often less is asked for where it errs more there.
+const CHECKED_WAYS: usize = 2;
+const CHECKED_SEED: u64 = 3;
+const TRIES: usize = 5;
 /// Rate at which operations are counted, Hz.
 const RATE_HZ: f64 = 48_000.0;
 /// Shares of the taps and of the images that are tried.
 const SHARES: [f64; 8] = [0.92, 0.83, 0.7, 0.55, 0.4, 0.28, 0.18, 0.1];
-/// Decodes a second that are tried.
-const DECODES: [usize; 4] = [30, 20, 10, 5];
+/// Decodes a second that are tried; none where the scene has a table.
+const DECODES: [usize; 5] = [30, 20, 10, 5, 0];
 /// Exchanges of one lever for another that are tried at a time.
 const MOST_SWAPS: usize = 10;
 /// What a step adds to the error at least, so that free ones are compared by what they save.
 const LEAST_JNDS: f32 = 0.01;
-
-/// One tier of a scene.
-#[derive(Clone, Debug, PartialEq)]
-pub struct TradePoint {
-    /// The tier.
-    pub tier: Tier,
-    /// Processor seconds per second of audio of one core, walking and turning.
-    pub real_time: f64,
-    /// Against the measurements that the scene was not baked from, where it has any, else against the scene's best tier.
-    pub error: Audible,
-}
-
-impl TradePoint {
-    /// The error in differences that are just noticed.
-    #[must_use]
-    pub fn error_jnds(&self) -> f64 {
-        self.error.jnds.into()
-    }
-}
-
-/// Each tier of a scene, cheapest first: what it costs at a host's rate and block, and how far it is off. A tier that only the
-/// scene's own rate has is left out at others.
-///
-/// # Errors
-/// The result is no longer wanted, or what is heard cannot be compared.
-pub fn tier_points(
-    scene: &Arc<Scene>,
-    sample_rate_hz: f64,
-    block: usize,
-    wanted: &dyn Fn() -> bool,
-) -> Result<Vec<TradePoint>, JudgeError> {
-    let course = Course::new(scene, POSES, 1, SEED);
-    let live = LiveParams { rate_hz: (1.0 / scene.grid().hop_s()) as f32, ..LiveParams::default() };
-    let tier = scene.tiers().max().unwrap_or_default();
-    let best = Heard::of(scene, Quality { tier, live }, &course, wanted)?;
-    let mut points = Vec::new();
-    for tier in scene.tiers() {
-        let quality = Quality::from(tier);
-        let mut errors = errors_to_measurements(scene, quality)?;
-        if errors.is_empty() {
-            errors = Heard::of(scene, quality, &course, wanted)?.errors(&best);
-        }
-        let cost = real_times(&[(Arc::clone(scene), quality)], sample_rate_hz, block);
-        points.extend(cost[0].map(|real_time| TradePoint { tier, real_time, error: largest(&errors) }));
-    }
-    Ok(points)
-}
-
-/// How a scene is played where nothing else is asked for: its table, or else its cloud.
-#[must_use]
-pub fn usual(scene: &Scene) -> Quality {
-    scene.played_tier(Tier::Standard).into()
-}
 
 /// The front of a scene: settings of which none costs no more than another and errs no more, all of the scene first. For each
 /// of [`STANDARD_JNDS`], and for one more error, there is one that stays within it, if any does. Costs are counts of
 /// operations, so that a scene has one front on all machines.
 ///
 /// From all of the scene on, each step is the one that saves most for the error that it adds, by what each step does alone; how
-/// far one may go is measured with all steps together.
+/// far one may go is measured with all steps together. What is chosen is measured at as many other poses and on other ways, and
+/// has the larger of both errors; where that is too large, less is asked for.
 ///
 /// # Errors
 /// The result is no longer wanted, or what is heard cannot be compared.
 pub fn front(scene: &Arc<Scene>, within: f32, wanted: &(dyn Fn() -> bool + Sync)) -> Result<Vec<FrontPoint>, JudgeError> {
     let mut search = Search::new(scene, wanted)?;
     let path = search.path()?;
+    search.check(search.all())?;
     for limit in STANDARD_JNDS.into_iter().chain([within]) {
-        search.along(&path, limit)?;
+        let mut asked = limit;
+        for _ in 0..TRIES {
+            let setting = search.along(&path, asked)?;
+            let error = search.check(setting)?.jnds;
+            if error <= limit {
+                break;
+            }
+            asked *= (limit / error).min(0.9);
+        }
     }
     Ok(search.points())
 }
@@ -104,10 +64,10 @@ pub fn front(scene: &Arc<Scene>, within: f32, wanted: &(dyn Fn() -> bool + Sync)
 /// What is heard cannot be compared.
 pub fn elsewhere(scene: &Arc<Scene>, settings: &[Setting], poses: usize) -> Result<Vec<Vec<Audible>>, JudgeError> {
     let course = Course::new(scene, poses, OTHER_WAYS, SEED + 1);
-    let full = Heard::of(scene, usual(scene), &course, &|| true)?;
+    let full = Heard::of(scene, &course, &|| true)?;
     let one = |setting: &Setting| {
         let Some(scene) = scene.with_setting(*setting).map(Arc::new) else { return Ok(Vec::new()) };
-        Ok(Heard::of(&scene, usual(&scene), &course, &|| true)?.errors(&full))
+        Ok(Heard::of(&scene, &course, &|| true)?.errors(&full))
     };
     each(settings, one).into_iter().collect()
 }
@@ -123,12 +83,6 @@ fn each<T: Send>(settings: &[Setting], one: impl Fn(&Setting) -> T + Sync + Send
     return settings.iter().map(one).collect();
 }
 
-/// The cheapest point of a front within an error.
-#[must_use]
-pub fn within(front: &[FrontPoint], jnds: f32) -> Option<&FrontPoint> {
-    front.iter().filter(|point| point.error.jnds <= jnds).min_by(|a, b| a.cost.total_cmp(&b.cost))
-}
-
 /// The cheapest scene within an error of all of one, by the front that it carries or else by [`front`].
 ///
 /// # Errors
@@ -141,7 +95,7 @@ pub fn scene_within(
     let own = &scene.parts().front;
     let found = if own.is_empty() { front(scene, jnds, wanted)? } else { own.clone() };
     let all = FrontPoint { setting: Setting::ALL.of(scene), error: largest(&[]), cost: 1.0 };
-    let point = *within(&found, jnds).unwrap_or(&all);
+    let point = *FrontPoint::within(&found, jnds).unwrap_or(&all);
     let kept = scene.with_setting(point.setting).map_or_else(|| Arc::clone(scene), Arc::new);
     Ok((kept, point))
 }
@@ -155,6 +109,9 @@ struct Search<'a> {
     /// Values of each lever, all of it first.
     levers: Vec<Vec<Setting>>,
     measured: HashMap<Setting, (f64, Vec<Audible>)>,
+    /// Other poses and ways, all of the scene there, and the errors of what was checked.
+    elsewhere: (Course, Heard),
+    checked: HashMap<Setting, Audible>,
     wanted: &'a (dyn Fn() -> bool + Sync),
 }
 
@@ -164,7 +121,9 @@ type Steps = Vec<usize>;
 impl<'a> Search<'a> {
     fn new(scene: &Arc<Scene>, wanted: &'a (dyn Fn() -> bool + Sync)) -> Result<Self, JudgeError> {
         let course = Course::new(scene, POSES, 1, SEED);
-        let full = Heard::of(scene, usual(scene), &course, wanted)?;
+        let full = Heard::of(scene, &course, wanted)?;
+        let other = Course::new(scene, POSES, CHECKED_WAYS, CHECKED_SEED);
+        let elsewhere = (other.clone(), Heard::of(scene, &other, wanted)?);
         let all = Setting::ALL.of(scene);
         let orders = (0..=all.order).filter_map(|order| scene.with_setting(Setting { order, ..all }).map(Arc::new)).collect();
         let shares = |count: usize| SHARES.map(|share| ((share * count as f64).round() as usize).max(1));
@@ -172,7 +131,7 @@ impl<'a> Search<'a> {
         let images = shares(all.images).map(|images| Setting { images, ..all });
         let slower = (all.refresh + 1..=Setting::SLOWEST).map(|refresh| Setting { refresh, ..all });
         let decodes = DECODES.map(|decodes| Setting { decodes, ..all });
-        let live = usual(scene).tier >= Tier::High;
+        let live = scene.cloud().is_some();
         let lever = |settings: Vec<Setting>| -> Vec<Setting> {
             let mut lever = vec![all];
             lever.extend(settings.into_iter().map(|setting| setting.of(scene)));
@@ -187,7 +146,7 @@ impl<'a> Search<'a> {
             lever(if all.waves { vec![Setting { waves: false, ..all }] } else { vec![] }),
             lever(if live { decodes.to_vec() } else { vec![] }),
         ];
-        Ok(Self { orders, full, course, levers, measured: HashMap::new(), wanted })
+        Ok(Self { orders, full, course, levers, measured: HashMap::new(), elsewhere, checked: HashMap::new(), wanted })
     }
 
     fn all(&self) -> Setting {
@@ -210,16 +169,33 @@ impl<'a> Search<'a> {
     fn measure(&mut self, settings: &[Setting]) -> Result<(), JudgeError> {
         let new: Vec<Setting> = settings.iter().copied().filter(|setting| !self.measured.contains_key(setting)).collect();
         let one = |setting: &Setting| -> Result<_, JudgeError> {
-            let Some(scene) = self.orders[setting.order.min(self.orders.len() - 1)].with_setting(*setting).map(Arc::new) else {
+            let Some(scene) = self.scene(*setting) else {
                 // What does not fit together is no setting.
                 return Ok((f64::INFINITY, vec![Audible { jnds: f32::INFINITY, measure: Measure::Levels }]));
             };
-            let heard = Heard::of(&scene, usual(&scene), &self.course, self.wanted)?;
+            let heard = Heard::of(&scene, &self.course, self.wanted)?;
             Ok((scene.operations(RATE_HZ), heard.errors(&self.full)))
         };
         let found: Result<Vec<_>, JudgeError> = each(&new, one).into_iter().collect();
         self.measured.extend(new.into_iter().zip(found?));
         Ok(())
+    }
+
+    fn scene(&self, setting: Setting) -> Option<Arc<Scene>> {
+        self.orders[setting.order.min(self.orders.len() - 1)].with_setting(setting).map(Arc::new)
+    }
+
+    /// The error of a setting that was measured, elsewhere too.
+    fn check(&mut self, setting: Setting) -> Result<Audible, JudgeError> {
+        if let Some(error) = self.checked.get(&setting) {
+            return Ok(*error);
+        }
+        let mut errors = vec![self.found(setting).1];
+        if let Some(scene) = self.scene(setting) {
+            let (course, full) = &self.elsewhere;
+            errors.extend(Heard::of(&scene, course, self.wanted)?.errors(full));
+        }
+        Ok(*self.checked.entry(setting).or_insert(largest(&errors)))
     }
 
     /// Cost and error of what was measured.
@@ -297,7 +273,7 @@ impl<'a> Search<'a> {
     }
 
     /// Goes as far along a path as an error allows, and from there by single steps and exchanges as far as that is possible.
-    fn along(&mut self, path: &[Steps], limit: f32) -> Result<(), JudgeError> {
+    fn along(&mut self, path: &[Steps], limit: f32) -> Result<Setting, JudgeError> {
         let (mut low, mut high) = (0, path.len());
         while high - low > 1 {
             // Both thirds at once, for two processors.
@@ -328,19 +304,20 @@ impl<'a> Search<'a> {
                     continue 'further;
                 }
             }
-            return Ok(());
+            return Ok(self.setting(&here));
         }
     }
 
-    /// What was measured and is neither dearer nor worse than something else, the dearest first.
+    /// What was checked and is neither dearer nor worse than something else, the dearest first.
     fn points(&self) -> Vec<FrontPoint> {
         let all = self.found(self.all()).0;
         let mut points: Vec<FrontPoint> = self
-            .measured
-            .keys()
-            .map(|setting| {
-                let (cost, error) = self.found(*setting);
-                FrontPoint { setting: *setting, error, cost: (cost / all) as f32 }
+            .checked
+            .iter()
+            .map(|(setting, error)| FrontPoint {
+                setting: *setting,
+                error: *error,
+                cost: (self.found(*setting).0 / all) as f32,
             })
             .collect();
         points.sort_by(|a, b| b.cost.total_cmp(&a.cost).then(b.error.jnds.total_cmp(&a.error.jnds)));
@@ -361,30 +338,20 @@ mod tests {
     use promenade_testing::scenes::room_with_images;
 
     #[test]
-    fn a_tier_that_costs_less_errs_more_and_the_best_errs_nothing() {
-        let scene = room_with_images(8_000.0, 0.2, 0.05, 4);
-        let points = tier_points(&scene, 8_000.0, 256, &|| true).unwrap();
-        let [draft, standard] = &points[..] else { panic!("{points:?}") };
-        assert!(standard.error_jnds() < 1e-6 && draft.error_jnds() > 1.0, "{points:?}");
-        assert!(draft.real_time > 0.0 && standard.real_time > 0.0);
-        assert_eq!(tier_points(&scene, 8_000.0, 256, &|| false), Err(JudgeError::Unwanted));
-    }
-
-    #[test]
     fn a_front_falls_and_has_what_is_asked_for_within_its_error() {
         let scene = room_with_images(8_000.0, 0.2, 0.05, 20);
         let points = front(&scene, 1.0, &|| true).unwrap();
         assert_eq!(points[0].error.jnds, 0.0);
         assert!(points.windows(2).all(|p| p[0].cost > p[1].cost && p[0].error.jnds < p[1].error.jnds), "{points:?}");
         assert_eq!(points, front(&scene, 1.0, &|| true).unwrap(), "another front of the same scene");
-        let costs = STANDARD_JNDS.map(|jnds| within(&points, jnds).unwrap().cost);
+        let costs = STANDARD_JNDS.map(|jnds| FrontPoint::within(&points, jnds).unwrap().cost);
         assert!(costs.windows(2).all(|pair| pair[1] <= pair[0]) && costs[3] < 0.9, "{costs:?}");
         // What a file carries is taken as it is.
         let mut parts = scene.parts().clone();
         parts.front = points.clone();
         let carrying = Arc::new(Scene::new(parts).unwrap());
         let (kept, point) = scene_within(&carrying, 1.0, &|| false).unwrap();
-        assert_eq!(Some(&point), within(&points, 1.0));
+        assert_eq!(Some(&point), FrontPoint::within(&points, 1.0));
         assert_eq!(point.setting, Setting::ALL.of(&kept));
         assert_eq!(front(&scene, 1.0, &|| false), Err(JudgeError::Unwanted));
     }

@@ -45,9 +45,9 @@ The sound
   --low-cut HZ              takes the bass off below, 12 dB an octave [none]
   --wet-solo                the room alone, as on a send
 How it is played
-  --tier NAME               draft, standard, high, reference or clip [standard, or what there is]
   --within JND              the cheapest setting of the scene so near to all of it [all]
-  --decode-rate HZ          decodes a second in the tiers high and reference [40]
+  --decode-rate HZ          decodes a second of a trained scene [40]
+  --clips                   plays a published model clip by clip
   --latency NAME            frame, 64 or none: when poses are heard; OUT begins on time [frame]
   --format ambix            Ambisonics, of scenes of image sources [binaural]
   --order N                 of Ambisonics, 1 to 3 [3]

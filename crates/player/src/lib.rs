@@ -9,12 +9,12 @@
 //! ```
 //! use promenade_core::glam::Vec3;
 //! use promenade_core::{Pose, Scene};
-//! use promenade_player::Player;
+//! use promenade_player::{Player, Playing};
 //! use std::sync::Arc;
 //!
 //! let file = concat!(env!("CARGO_MANIFEST_DIR"), "/../../presets/scenes/loft.promenade");
 //! let scene = Arc::new(Scene::from_bytes(&std::fs::read(file)?)?);
-//! let mut player = Player::new(&scene, 48_000.0, None)?;
+//! let mut player = Player::new(&scene, 48_000.0, Playing::Stream)?;
 //!
 //! // A click, heard on a walk away from the source at 1 m/s.
 //! let mut dry = vec![0.0; 4_800];

@@ -16,7 +16,8 @@ use crate::{Ears, Stream};
 use playback::{Playback, Write};
 use promenade_audio::resample;
 use promenade_core::headphones::{HeadphoneFilter, Headphones};
-use promenade_core::{BlockParams, Latency, MOST_VOICES, Pose, Scene, Tier, Trim};
+use promenade_core::published::ConvMode;
+use promenade_core::{BlockParams, Latency, MOST_VOICES, Pose, Scene, Trim};
 use source::mono;
 use std::sync::Arc;
 
@@ -24,21 +25,22 @@ use std::sync::Arc;
 const BLOCK: usize = 4096;
 
 /// How a scene is played.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Playing {
     /// As a stream, as the plugin plays it.
-    Stream(Tier),
+    #[default]
+    Stream,
     /// The published model clip by clip, as it is trained.
-    Clip,
+    Clips,
 }
 
 impl Playing {
-    /// The name used on the command line and in tables.
+    /// The name used in tables.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
-            Self::Stream(tier) => tier.name(),
-            Self::Clip => "clip",
+            Self::Stream => "stream",
+            Self::Clips => "clips",
         }
     }
 }
@@ -48,8 +50,7 @@ impl Playing {
 /// Made for a scene and a rate by a command or a judge. One thread owns it, never an audio thread, and renders any number of
 /// sounds.
 ///
-/// Clips have only the scene's own rate: sound of another rate is converted there and back, as for the tier Reference at rates
-/// that a stream does not convert.
+/// Clips have only the scene's own rate: sound of another rate is converted there and back.
 pub struct Player {
     engine: Engine,
     /// Rates of the sound and of the engine, samples per second.
@@ -67,12 +68,11 @@ enum Engine {
 }
 
 impl Player {
-    /// Prepares a scene for sound of a sample rate. Where `playing` is not given, the tier is standard, or the cheapest that
-    /// the scene has.
+    /// Prepares a scene for sound of a sample rate.
     ///
     /// # Errors
-    /// A tier that the scene does not have, a rate that cannot be rendered, or no published model to play clip by clip.
-    pub fn new(scene: &Arc<Scene>, rate_hz: f64, playing: Option<Playing>) -> Result<Self, PlayerError> {
+    /// A rate that cannot be rendered, or no published model to play clip by clip.
+    pub fn new(scene: &Arc<Scene>, rate_hz: f64, playing: Playing) -> Result<Self, PlayerError> {
         Self::at_latency(scene, rate_hz, playing, Latency::Frame)
     }
 
@@ -80,55 +80,39 @@ impl Player {
     /// begins with its input all the same.
     ///
     /// # Errors
-    /// Those of [`Player::new`]; a scene that has no other than its frame's ([`Latency::played_by`]), the tier reference, and
+    /// Those of [`Player::new`]; a scene that has no other than its frame's ([`Latency::played_by`]), a published head, and
     /// clips.
-    pub fn at_latency(
-        scene: &Arc<Scene>,
-        rate_hz: f64,
-        playing: Option<Playing>,
-        latency: Latency,
-    ) -> Result<Self, PlayerError> {
+    pub fn at_latency(scene: &Arc<Scene>, rate_hz: f64, playing: Playing, latency: Latency) -> Result<Self, PlayerError> {
         let short = latency != Latency::Frame;
         let wrong = |found: &str| {
-            let expected = format!("{found} in this scene and tier");
+            let expected = format!("{found} in this scene");
             if short { Err(PlayerError::argument("latency", expected, latency.name())) } else { Ok(()) }
         };
-        let own_hz = scene.grid().sample_rate_hz;
-        let (engine, played_hz) = match playing.unwrap_or_else(|| Playing::Stream(scene.played_tier(Tier::Standard))) {
-            Playing::Stream(tier) => {
-                if !scene.has_tier(tier) {
-                    let has: Vec<_> = scene.tiers().map(Tier::name).collect();
-                    return Err(PlayerError::argument("tier", has.join(" or "), tier.name()));
-                }
+        let (engine, played_hz) = match playing {
+            Playing::Stream => {
                 // The published head is played in frames alone.
-                if tier == Tier::Reference || (short && latency.played_by(scene, rate_hz) != latency) {
+                if convolves(scene) || (short && latency.played_by(scene, rate_hz) != latency) {
                     wrong(Latency::Frame.name())?;
                 }
-                let at = |hz: f64| {
-                    Stream::at_latency(scene, hz, &BlockParams { tier, ..BlockParams::default() }, latency)
-                        .map_err(|e| PlayerError::argument("sample rate", "one that can be rendered", e))
-                };
-                let (mut stream, mut played_hz) = (at(rate_hz)?, rate_hz);
-                if stream.renderer().played_tier(tier) != tier {
-                    (stream, played_hz) = (at(own_hz)?, own_hz);
-                }
-                (Engine::Stream(Box::new(stream)), played_hz)
+                let stream = Stream::at_latency(scene, rate_hz, &BlockParams::default(), latency);
+                let stream = stream.map_err(|e| PlayerError::argument("sample rate", "one that can be rendered", e))?;
+                (Engine::Stream(Box::new(stream)), rate_hz)
             }
-            Playing::Clip => {
+            Playing::Clips => {
                 wrong("none: clips are played whole")?;
                 let expected = "one with an anchor cloud, to be played clip by clip";
                 let cloud = scene.cloud().ok_or_else(|| PlayerError::argument("scene", expected, "a field only"))?;
-                (Engine::Clips(Box::new(ClipPlayer::new(&cloud.model, *scene.grid())?)), own_hz)
+                (Engine::Clips(Box::new(ClipPlayer::new(&cloud.model, *scene.grid())?)), scene.grid().sample_rate_hz)
             }
         };
         Ok(Self { engine, rate_hz, played_hz, voices: Vec::new(), headphones: None })
     }
 
-    /// Decodes so many times a second in the tiers high and reference.
+    /// Decodes so many times a second where the scene has a cloud.
     #[must_use]
     pub fn with_decode_rate(mut self, rate_hz: f32) -> Self {
         if let Engine::Stream(stream) = &mut self.engine {
-            stream.params_mut().quality.live.rate_hz = rate_hz;
+            stream.params_mut().live.rate_hz = rate_hz;
         }
         self
     }
@@ -150,10 +134,7 @@ impl Player {
             return wrong(&format!("{} Hz", self.rate_hz), format!("{} Hz", voice.sample_rate_hz()));
         }
         self.engine = match self.engine {
-            Engine::Clips(_) => return wrong("a tier that is played as a stream", "clip".to_owned()),
-            Engine::Stream(_) if self.rate_hz != self.played_hz => {
-                return wrong("a tier that is played at the sound's rate", "reference".to_owned());
-            }
+            Engine::Clips(_) => return wrong("what is played as a stream", "clips".to_owned()),
             Engine::Stream(stream) if stream.renderer().scene().emitter().is_none() => {
                 return wrong("a scene that knows where its emitter is", "one that does not".to_owned());
             }
@@ -170,17 +151,15 @@ impl Player {
     /// Sets what a user changes about the scene's sound.
     ///
     /// # Errors
-    /// A published model, whose sound is not in parts, follows the low cut alone in the tier Reference and
-    /// nothing clip by clip.
+    /// A published model, whose sound is not in parts, follows the low cut alone as a stream and nothing clip by clip.
     pub fn with_trim(mut self, trim: Trim) -> Result<Self, PlayerError> {
-        let follows = match self.playing() {
-            Playing::Stream(Tier::Reference) => trim.leaves_parts(),
-            Playing::Stream(_) => true,
-            Playing::Clip => trim == Trim::NEUTRAL,
+        let follows = match self.stream() {
+            Some(stream) => trim.leaves_parts() || !convolves(stream.renderer().scene()),
+            None => trim == Trim::NEUTRAL,
         };
         if !follows {
-            let expected = "draft, standard or high, since the published model knows no parts of its sound";
-            return Err(PlayerError::argument("tier", expected, self.playing().name()));
+            let expected = "one that is decoded, since a published model knows no parts of its sound";
+            return Err(PlayerError::argument("scene", expected, "a published model"));
         }
         if let Engine::Stream(stream) = &mut self.engine {
             stream.params_mut().trim = trim;
@@ -212,7 +191,7 @@ impl Player {
                 ));
             }
             Engine::Clips(_) => {
-                return Err(PlayerError::argument("stereo spread", "a tier that is played as a stream", "clip"));
+                return Err(PlayerError::argument("stereo spread", "what is played as a stream", "clips"));
             }
         };
         Ok(self)
@@ -228,7 +207,7 @@ impl Player {
     /// How the scene is played.
     #[must_use]
     pub fn playing(&self) -> Playing {
-        self.stream().map_or(Playing::Clip, |stream| Playing::Stream(stream.params().quality.tier))
+        if self.stream().is_some() { Playing::Stream } else { Playing::Clips }
     }
 
     fn stream(&self) -> Option<&Stream> {
@@ -274,16 +253,13 @@ impl Player {
             write(worn.each_ref().map(|ear| &ear[..]))
         };
         match &mut self.engine {
-            Engine::Stream(stream) if self.rate_hz == self.played_hz => {
+            Engine::Stream(stream) => {
                 let voices = &mut std::mem::take(&mut self.voices)[..];
                 Ok(Playback { source, voices, tail: true, mix, block }.through(stream, pose_at, write)?)
             }
-            _ => {
+            Engine::Clips(_) => {
                 let channels = source.whole()?;
-                let tail = self.playing() != Playing::Clip;
-                let spread = self.stream().is_some_and(Stream::is_spread);
-                let played = if spread { channels.clone() } else { vec![mono(&channels)] };
-                let mut ears = self.whole(&played, tail, pose_at)?;
+                let mut ears = self.whole(&[mono(&channels)], false, pose_at)?;
                 let mut waiting = [channels.first(), channels.last()].map(|c| c.into_iter().flatten().copied().collect());
                 mix.apply(ears.each_mut().map(|ear| &mut ear[..]), &mut waiting);
                 write(ears.each_ref().map(|ear| &ear[..]))
@@ -306,7 +282,7 @@ impl Player {
     pub fn render_clip(&mut self, dry: &[f32], pose: &Pose) -> Result<Ears, PlayerError> {
         let playing = self.playing();
         let Engine::Clips(player) = &mut self.engine else {
-            return Err(PlayerError::argument("tier", Playing::Clip.name(), playing.name()));
+            return Err(PlayerError::argument("playing", Playing::Clips.name(), playing.name()));
         };
         if self.rate_hz != self.played_hz {
             let expected = format!("{} Hz, the scene's own, to be played clip by clip", self.played_hz);
@@ -342,7 +318,7 @@ impl Player {
     }
 }
 
-/// What a scene at its own rate, in the tier standard or its cheapest, makes of a unit impulse at sample `lead`, for a listener
+/// What a scene at its own rate, makes of a unit impulse at sample `lead`, for a listener
 /// who stands still: `len` samples of both ears.
 ///
 /// # Errors
@@ -352,7 +328,12 @@ pub fn render_response(scene: &Arc<Scene>, pose: Pose, lead: usize, len: usize) 
     if let Some(x) = impulse.get_mut(lead) {
         *x = 1.0;
     }
-    Player::new(scene, scene.grid().sample_rate_hz, None)?.render(&impulse, &mut |_| pose)
+    Player::new(scene, scene.grid().sample_rate_hz, Playing::Stream)?.render(&impulse, &mut |_| pose)
+}
+
+/// Whether it is a published head that plays a scene.
+fn convolves(scene: &Scene) -> bool {
+    scene.cloud().is_some_and(|cloud| cloud.conv != ConvMode::Off)
 }
 
 fn hertz(rate: f64) -> u32 {

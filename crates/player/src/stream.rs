@@ -1,8 +1,7 @@
 //! A scene as a host plays it, offline.
 
 use promenade_core::{
-    BlockParams, EmitterParams, Emitters, Latency, Pose, RenderError, RenderParams, Renderer, RendererConfig, Scene, Tier,
-    Voice,
+    BlockParams, EmitterParams, Emitters, Latency, Pose, RenderError, RenderParams, Renderer, RendererConfig, Scene, Voice,
 };
 use std::sync::Arc;
 
@@ -41,8 +40,8 @@ impl Stream {
     /// A rate at which it cannot be played.
     pub fn at_latency(scene: &Arc<Scene>, rate_hz: f64, block: &BlockParams, latency: Latency) -> Result<Self, RenderError> {
         let mut params = RenderParams::from(block);
-        params.quality.live.wait = true;
-        let emitters = made(scene, rate_hz, block.tier, latency, 1)?;
+        params.live.wait = true;
+        let emitters = made(scene, rate_hz, latency, 1)?;
         Ok(Self { emitters, params, places: block.emitters, latency, further: 0, played: 0 })
     }
 
@@ -63,9 +62,9 @@ impl Stream {
     }
 
     fn made_again(self) -> Result<Self, RenderError> {
-        let (own, tier) = (if self.is_spread() { 2 } else { 1 }, self.params.quality.tier);
+        let own = if self.is_spread() { 2 } else { 1 };
         let (scene, rate_hz) = (self.renderer().scene(), self.renderer().grid().sample_rate_hz);
-        let emitters = made(scene, rate_hz, tier, self.latency, own + self.further)?;
+        let emitters = made(scene, rate_hz, self.latency, own + self.further)?;
         Ok(Self { emitters: if own > 1 { emitters.with_second() } else { emitters }, ..self })
     }
 
@@ -81,7 +80,7 @@ impl Stream {
         &self.params
     }
 
-    /// How the scene is rendered from now on, in the same tier.
+    /// How the scene is rendered from now on.
     pub fn params_mut(&mut self) -> &mut RenderParams {
         &mut self.params
     }
@@ -166,8 +165,8 @@ impl Stream {
     }
 }
 
-fn made(scene: &Arc<Scene>, rate_hz: f64, tier: Tier, latency: Latency, voices: usize) -> Result<Emitters, RenderError> {
-    let config = RendererConfig { latency, ..RendererConfig::inline(scene, rate_hz, tier, voices) };
+fn made(scene: &Arc<Scene>, rate_hz: f64, latency: Latency, voices: usize) -> Result<Emitters, RenderError> {
+    let config = RendererConfig { latency, ..RendererConfig::inline(scene, rate_hz, voices) };
     Ok(Renderer::new(Arc::clone(scene), config)?.into())
 }
 

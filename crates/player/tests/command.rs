@@ -68,7 +68,7 @@ fn failures_are_one_line_and_leave_nothing() {
         ),
         (vec![&room, "none.wav", &out], "none.wav: cannot be read: "),
         (vec![&room, &dry, &out, "--path", "none.json"], "none.json: cannot be read: "),
-        (vec![&room, &dry, &out, "--tier", "reference"], "promenade: tier: expected draft or standard, found reference"),
+        (vec![&room, &dry, &out, "--clips"], "anchor cloud"),
         (vec![&room, &dry, &out, "--emitter", "1,2,3"], "expected a scene that was trained with several emitters"),
         (vec![&room, &dry, &out, "--format", "ambix", "--headphones", "a"], "ambix, which has no ears"),
         (vec![&room, &dry, &out, "--stereo-spread", "30"], "expected 2 channels for --stereo-spread, found 1"),

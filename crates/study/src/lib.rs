@@ -9,7 +9,7 @@
 //! // Who preferred what to what, as Harvey et al. (2017) print it. Answers of the page are read by the same call.
 //! let file = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/harvey.csv");
 //! let said = read(&[file])?;
-//! let report = paired(&said.tables, said.answers.list(), 0.05)?.ok_or("no comparisons")?;
+//! let report = paired(&said.tables, said.answers.list())?.ok_or("no comparisons")?;
 //! for item in &report.items {
 //!     println!("{}: {:?}", item.name, item.votes.scores());
 //! }
@@ -50,7 +50,7 @@ pub use definition::{Item, Part, Question, Stimulus, Study};
 pub use paired::{Paired, PairedItem, paired};
 pub use persons::{Person, persons};
 pub use preferences::Preferences;
-pub use range::{LeastDifference, groups};
+pub use range::{LEVEL, LeastDifference, groups};
 pub use ratings::{RatedCondition, Ratings, ratings};
 pub use server::Server;
 pub use significance::{Difference, Differences};

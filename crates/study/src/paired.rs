@@ -52,11 +52,11 @@ impl PairedItem {
     }
 }
 
-/// Figures of tables and of the paired comparisons among answers, at a level of significance; none where there are no such.
+/// Figures of tables and of the paired comparisons among answers; none where there are no such.
 ///
 /// # Errors
 /// More conditions or votes than a table holds.
-pub fn paired(tables: &[(String, Preferences)], answers: &[Answer], level: f64) -> Result<Option<Paired>, Fault> {
+pub fn paired(tables: &[(String, Preferences)], answers: &[Answer]) -> Result<Option<Paired>, Fault> {
     let mut items: Vec<(String, Preferences, Vec<Preferences>)> =
         tables.iter().map(|(name, votes)| (name.clone(), votes.clone(), Vec::new())).collect();
     let of_pairs: Vec<(&Answer, &str, &str)> = answers
@@ -83,7 +83,7 @@ pub fn paired(tables: &[(String, Preferences)], answers: &[Answer], level: f64) 
     let tables: Vec<&Preferences> = items.iter().map(|(_, votes, _)| votes).collect();
     let pooled = if tables.len() > 1 { Preferences::pooled(&tables) } else { None };
     let by_person = pooled.as_ref().map(|sum| of_persons(sum, &of_pairs, &mut cells)).transpose()?;
-    let mut least = LeastDifferences::new(level);
+    let mut least = LeastDifferences::new();
     let all = pooled.map(|sum| {
         // Persons tell nothing of votes that tables hold.
         let whole = items.iter().all(|(_, _, persons)| !persons.is_empty());

@@ -18,29 +18,30 @@ pub struct LeastDifference {
     pub chance: Option<f64>,
 }
 
-/// The least significant differences of a report's tables, at a level such as 0.05.
+/// Chance at which a difference is called significant.
+pub const LEVEL: f64 = 0.05;
+
+/// The least significant differences of a report's tables.
 pub(crate) struct LeastDifferences {
-    level: f64,
     /// Studentized ranges by the number of conditions.
     known: HashMap<usize, f64>,
     steps_left: usize,
 }
 
 impl LeastDifferences {
-    pub(crate) fn new(level: f64) -> Self {
-        Self { level, known: HashMap::new(), steps_left: MOST_STEPS }
+    pub(crate) fn new() -> Self {
+        Self { known: HashMap::new(), steps_left: MOST_STEPS }
     }
 
     /// For conditions that were judged pair by pair, each pair this often (a fraction where pairs were judged unequally often).
     pub(crate) fn of(&mut self, conditions: usize, judges: f64) -> LeastDifference {
-        let level = self.level;
-        let range = *self.known.entry(conditions).or_insert_with(|| studentized(conditions, level));
+        let range = *self.known.entry(conditions).or_insert_with(|| studentized(conditions, LEVEL));
         let bound = 0.5 * range * (judges * conditions as f64).sqrt() + 0.25;
         let whole = (judges.fract() == 0.0).then_some(judges as u32);
         if let Some(ranges) = whole.and_then(|judges| exact_ranges(conditions, judges, &mut self.steps_left)) {
             let mut beyond = 0.0;
             let mut least = ranges.len();
-            while least > 0 && beyond + ranges[least - 1] <= level {
+            while least > 0 && beyond + ranges[least - 1] <= LEVEL {
                 least -= 1;
                 beyond += ranges[least];
             }
@@ -141,7 +142,7 @@ mod tests {
     #[test]
     fn few_conditions_are_exact() {
         // Two conditions: the sign test. |2k - 10| >= 8 has a chance of 2 (1 + 10) / 1024.
-        let mut of = LeastDifferences::new(0.05);
+        let mut of = LeastDifferences::new();
         let two = of.of(2, 10.0);
         assert_eq!(two.least, 8);
         assert!((two.chance.unwrap() - 22.0 / 1024.0).abs() < 1e-12);

@@ -11,7 +11,7 @@ use promenade_audio::wav::{self, Format};
 use promenade_audio::{FileError, atomic, file, sound};
 use promenade_core::{MAX_SCENE_BYTES, Scene};
 use promenade_fault::Fault;
-use promenade_player::Player;
+use promenade_player::{Player, Playing};
 use promenade_web::{ENGINE_FILE, files as web_files};
 use serde_json::{Value, json};
 use std::collections::HashMap;
@@ -264,7 +264,7 @@ impl Site<'_> {
         rate: u32,
     ) -> Result<(String, Loudness), Fault> {
         let bytes = file::read(path, MAX_SCENE_BYTES as u64).map_err(FileError::read(path))?;
-        let render = || Player::new(scene, f64::from(rate), None)?.render(dry, &mut |_| place.start);
+        let render = || Player::new(scene, f64::from(rate), Playing::Stream)?.render(dry, &mut |_| place.start);
         let ears = render().map_err(Fault::at(path, "cannot be rendered"))?;
         Ok((self.put(path, 0, &bytes, "promenade")?, Loudness::new(&ears, rate)))
     }

@@ -17,7 +17,7 @@ fn report(files: &[&Path]) -> Result<usize, String> {
     material.answers.clone().leave_out_failed();
     let list = material.answers.list();
     let (rated, _out) = ratings(list, false);
-    let found = paired(&material.tables, list, 0.05).map_err(|error| error.to_string())?;
+    let found = paired(&material.tables, list).map_err(|error| error.to_string())?;
     let items = found.iter().flat_map(|found| found.items.iter().chain(&found.all)).map(|item| {
         let strengths = item.strengths.iter().flat_map(|strengths| &strengths.of);
         assert!(strengths.flat_map(|s| [s.log, s.error]).all(f64::is_finite), "{item:?}");

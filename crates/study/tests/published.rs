@@ -9,7 +9,7 @@ fn tables() -> Vec<(String, promenade_study::Preferences)> {
 
 #[test]
 fn agreement_and_chi2_are_those_of_table_7() {
-    let found = paired(&tables(), &[], 0.05).unwrap().unwrap();
+    let found = paired(&tables(), &[]).unwrap().unwrap();
     for (item, (u, chi2)) in found.items.iter().zip([("0.1658", "32.86"), ("0.1825", "35.57"), ("0.1975", "38.00")]) {
         let agreement = item.agreement.unwrap();
         assert_eq!((format!("{:.4}", agreement.u), format!("{:.2}", agreement.chi2)), (u.to_owned(), chi2.to_owned()));
@@ -26,7 +26,7 @@ fn agreement_and_chi2_are_those_of_table_7() {
 
 #[test]
 fn votes_are_those_of_table_6_but_for_its_misprint() {
-    let all = paired(&tables(), &[], 0.05).unwrap().unwrap().all.unwrap().votes;
+    let all = paired(&tables(), &[]).unwrap().unwrap().all.unwrap().votes;
     assert_eq!(all.names(), ["Uni", "Sal", "SoSal", "Mix"]);
     assert_eq!(all.scores(), [74, 101, 137, 192]);
     let rows: Vec<Vec<u32>> = (0..4).map(|i| (0..4).map(|j| all.votes(i, j)).collect()).collect();
@@ -36,7 +36,7 @@ fn votes_are_those_of_table_6_but_for_its_misprint() {
 
 #[test]
 fn a_range_of_19_is_the_largest_by_chance() {
-    let found = paired(&tables(), &[], 0.05).unwrap().unwrap();
+    let found = paired(&tables(), &[]).unwrap().unwrap();
     for item in &found.items {
         // The printed R+ is the whole part of R0; the exact chance of a range of 19 is .063, of 20 .044.
         assert_eq!((item.least.bound.floor(), item.least.least), (19.0, 20), "{:?}", item.least);
@@ -58,7 +58,7 @@ fn pairs_that_do_not_sum_to_28_are_found() {
 
 #[test]
 fn strengths_rise_as_votes_do() {
-    let all = paired(&tables(), &[], 0.05).unwrap().unwrap().all.unwrap();
+    let all = paired(&tables(), &[]).unwrap().unwrap().all.unwrap();
     let strengths = all.strengths.unwrap().of;
     assert!(strengths.windows(2).all(|pair| pair[0].log < pair[1].log), "{strengths:?}");
     // As by statsmodels' binomial regression of the same votes.

@@ -9,7 +9,7 @@ use promenade_core::network::CloudKind;
 use promenade_core::published::{ConvMode, Projection};
 use promenade_core::{
     AnchorCloud, Bands, BlockParams, EmitterParams, Emitters, LiveParams, Pose, Scene, SceneParts, Spatializer, StftGrid,
-    TailModel, Tier, TransferShape, Trim,
+    TailModel, TransferShape, Trim,
 };
 use std::f32::consts::FRAC_PI_2;
 use std::sync::Arc;
@@ -156,10 +156,9 @@ pub fn settings(rng: &mut Rng) -> BlockParams {
     let mut gain = || rng.choice([f32::NAN, f32::INFINITY, -1.0, 0.0, 1e-30, 1e-3, 0.5, 1.0, 1.0, 1e3, 1e30]).unwrap_or(1.0);
     let (mix, gain) = (gain(), gain());
     let rate_hz = rng.choice([f32::NAN, -1.0, 0.0, 40.0, 1e9, f32::INFINITY]).unwrap_or(40.0);
-    let tier = rng.choice(Tier::ALL).unwrap_or_default();
     let live = LiveParams { rate_hz, wait: rng.bool() };
     let (wet_solo, bypass) = (rng.u8(0..8) == 0, rng.u8(0..8) == 0);
-    BlockParams { tier, live, mix, gain, wet_solo, bypass, trim: trim(rng), emitters: emitters(rng) }
+    BlockParams { live, mix, gain, wet_solo, bypass, trim: trim(rng), emitters: emitters(rng) }
 }
 
 /// Where a scene may be played from, sensible and not; half of the time where it is.
@@ -236,7 +235,7 @@ pub fn scenes(sample_rate_hz: f64) -> Vec<(&'static str, Arc<Scene>)> {
         ("one image, on the listener", with_images(1, |_| Vec3::ZERO)),
         ("many images, one on the emitter", with_images(40, |scene| scene.emitter().unwrap())),
         ("one anchor", room_of_anchors(sample_rate_hz, 1)),
-        ("all tiers", room_with_cloud(sample_rate_hz, 0.3, 0.1)),
+        ("a cloud and a table", room_with_cloud(sample_rate_hz, 0.3, 0.1)),
     ]
 }
 
@@ -290,8 +289,7 @@ pub fn wild(rng: &mut Rng, scenes: &[(&str, Arc<Scene>)], samples: usize) -> Res
         let start = if rng.bool() { at } else { rng.usize(0..1 << 40) };
         s.process(&stereo[..rng.usize(0..3)], &[], [&mut left, &mut right], &params, |i| walk.pose(start + i, rate));
         if let Some(x) = left.iter().chain(&right).find(|x| !is_output(**x)) {
-            let kinds = s.renderer().map(|r| r.scene().tiers().collect::<Vec<_>>());
-            return Err(format!("{x:e} at {rate} Hz, {size} samples of {inputs:?}, {walk:?}, {params:?}, tiers {kinds:?}"));
+            return Err(format!("{x:e} at {rate} Hz, {size} samples of {inputs:?}, {walk:?}, {params:?}"));
         }
         spare.extend(s.take_retired());
         at += size;

@@ -8,7 +8,7 @@ use promenade_core::published::{ConvMode, Projection};
 use promenade_core::{
     AMBISONIC_CHANNELS, AmbisonicHead, Anchor, AnchorCloud, Axis, Bands, BlockParams, Facing, Field, FieldGrid, ImageSource,
     ImageSources, MeasuredRoom, Pose, Provenance, Renderer, RendererConfig, Rows, Scene, SceneParts, Site, Spatializer,
-    StftGrid, TailModel, TransferShape,
+    StftGrid, TailModel, TransferShape, Trim,
 };
 use std::f32::consts::PI;
 use std::sync::Arc;
@@ -38,7 +38,7 @@ pub fn room_with_taps(sample_rate_hz: f64, t60_s: f32, tail_gain: f32, taps: usi
     Arc::new(Scene::new(parts(sample_rate_hz, t60_s, tail_gain, taps)).unwrap())
 }
 
-/// A [`room`] with a small anchor cloud besides, whose convolution layers look ahead: a scene of all tiers.
+/// A [`room`] with a small anchor cloud besides, whose convolution layers look ahead.
 ///
 /// # Panics
 /// The rate is too low for a window.
@@ -54,6 +54,20 @@ pub fn room_with_cloud(sample_rate_hz: f64, t60_s: f32, tail_gain: f32) -> Arc<S
     });
     Arc::new(Scene::new(parts).unwrap())
 }
+
+/// The scene with its cloud played by other convolution layers, or without its cloud.
+///
+/// # Panics
+/// It is no scene then.
+#[must_use]
+pub fn played_by(scene: &Arc<Scene>, conv: Option<ConvMode>) -> Arc<Scene> {
+    let mut parts = scene.parts().clone();
+    parts.cloud = conv.and_then(|conv| Some(AnchorCloud { conv, ..parts.cloud? }));
+    Arc::new(Scene::new(parts).unwrap())
+}
+
+/// The direct sound alone.
+pub const DIRECT: Trim = Trim { early: 0.0, late: 0.0, ..Trim::NEUTRAL };
 
 /// A [`room`] with `count` image sources all around it, 3 to 20 m away, seen from everywhere. The head hears each channel for 5
 /// ms.
@@ -189,7 +203,7 @@ pub fn live_renderer(scene: &Arc<Scene>, rate: f64) -> Renderer {
     full_renderer(scene, rate, 1)
 }
 
-/// A renderer at `rate` Hz of some voices, of all tiers that the scene has there, which decodes on the thread that renders.
+/// A renderer at `rate` Hz of some voices, which decodes on the thread that renders.
 ///
 /// # Panics
 /// The scene cannot be played at that rate.

@@ -10,7 +10,7 @@ use promenade_core::network::{CloudKind, CloudModel, CloudParts, PoseConvention}
 use promenade_core::published::{ConvMode, Projection};
 use promenade_core::{Anchor, AnchorCloud, Pose, Provenance, Scene, SceneError, SceneParts};
 
-/// Puts a scene around weights: what was trained is what its tier High plays.
+/// Puts a scene around weights: what was trained is what is decoded live.
 ///
 /// # Errors
 /// Weights that are not finite or do not fit together.

@@ -1,7 +1,7 @@
 //! Processor time of a block of 128 samples at 48 kHz in the engine of pages, compiled for this machine: what
 //! `tests/browser/figures.mjs` compares with the same in WebAssembly.
 //!
-//! `block_cost SCENE TIER BLOCKS [ROWS]`: milliseconds a block; ROWS is a path as a site has it, JSON.
+//! `block_cost SCENE BLOCKS [ROWS]`: milliseconds a block; ROWS is a path as a site has it, JSON.
 
 use cpu_time::ThreadTime;
 use promenade_web::{Engine, LoadOptions};
@@ -27,11 +27,10 @@ fn main() -> ExitCode {
 }
 
 fn cost(args: &[String]) -> Result<f64, String> {
-    let [scene, tier, blocks, rows @ ..] = args else { return Err("expected SCENE TIER BLOCKS [ROWS]".to_owned()) };
+    let [scene, blocks, rows @ ..] = args else { return Err("expected SCENE BLOCKS [ROWS]".to_owned()) };
     let read = |file: &str| std::fs::read(file).map_err(|e| format!("{file}: {e}"));
     let mut engine = Engine::new(RATE_HZ);
     engine.load(&read(scene)?, LoadOptions { inline: true, ..LoadOptions::default() })?;
-    engine.set(0, if tier == "high" { 2.0 } else { 1.0 });
     if let Some(file) = rows.first() {
         let rows: Vec<[f64; 8]> = serde_json::from_slice(&read(file)?).map_err(|e| format!("{file}: {e}"))?;
         engine.set_path(rows.as_flattened())?;

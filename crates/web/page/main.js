@@ -82,16 +82,6 @@ async function showPlace() {
     about(found.description, scene);
     attempt("splats", () => showSplats(scene));
   }
-  const { tiers } = found.description;
-  choices(
-    at("tier"),
-    tiers.map((t) => [
-      t,
-      { draft: "Draft: no room", standard: "Standard", high: "High: decoded live", reference: "Reference" }[t],
-    ]),
-    voices.values.tier ?? "standard",
-  );
-  at("tier-row").hidden = tiers.length < 2;
   at("head-row").hidden = site.heads.length === 0;
   drawSounds();
 }
@@ -276,7 +266,24 @@ at("trims-reset").addEventListener("click", trims(at("trims"), change));
 slider(at("volume"), SETTINGS.gain, "Volume", (value) =>
   output.setVolume(value <= SETTINGS.gain.from ? 0 : 10 ** (value / 20)),
 );
-at("tier").addEventListener("change", () => change({ tier: at("tier").value }));
+/** What of a scene is played: within so many just noticeable differences; "auto" is what this device can afford. */
+const ACCURACIES = ["all", "0.25", "0.5", "1", "2"];
+const EASY = 0.5;
+let wanted = document.documentElement.dataset.accuracy ?? "all";
+const play = (accuracy) => {
+  voices.beside.accuracy = accuracy === "all" ? 0 : Number(accuracy);
+  return attempt("scene", () => voices.reload());
+};
+choices(at("accuracy"), [["auto", "what this device can afford"], ...ACCURACIES.map((a) => [a, a === "all" ? "all" : `within ${a} JND`])], wanted);
+at("accuracy").addEventListener("change", () => {
+  wanted = at("accuracy").value;
+  play(wanted === "auto" ? "all" : wanted);
+});
+/** After a second that took too long the next cheaper one is played. */
+function afford(load) {
+  const now = ACCURACIES.findIndex((a) => (a === "all" ? 0 : Number(a)) === (voices.beside.accuracy ?? 0));
+  if (wanted === "auto" && load > EASY && now + 1 < ACCURACIES.length) play(ACCURACIES[now + 1]);
+}
 
 choices(at("head"), [["", "as the place was measured"], ...site.heads.map((h, n) => [n, h.name])], "");
 choices(at("headphones"), [["", "not corrected"], ...site.headphones.map((h, n) => [n, h.name])], "");
@@ -367,6 +374,7 @@ at("headset").addEventListener("click", () =>
 // What is heard, drawn and shown.
 
 voices.addEventListener("report", ({ detail }) => {
+  if (detail.load !== undefined) afford(detail.load);
   figures.take(detail.room, detail);
   if (detail.room === voices.voices[0].room && detail.heard) walk.heard(detail.heard);
 });

@@ -45,7 +45,7 @@ export class Voices extends EventTarget {
     /** Those that play, and all by what sounds in them have as their scene, made or being made. */
     this.rooms = new Set();
     this.opened = new Map();
-    /** What is loaded beside a scene: head and headphones as bytes, a second emitter. */
+    /** What is loaded beside a scene: head and headphones as bytes, a second emitter, the accuracy. */
     this.beside = {};
     this.values = {};
     this.rows = [];
@@ -156,8 +156,8 @@ export class Voices extends EventTarget {
     const { file, name } = this.site.scenes[number];
     try {
       const bytes = await this.site.bytes(file);
-      const { head, headphones, secondEmitter } = this.beside;
-      const place = await room.engine.load(bytes, { head, headphones, secondEmitter, further: room.size - 1 });
+      const further = room.size - 1;
+      const place = await room.engine.load(bytes, { ...this.beside, further });
       room.loaded = { number, place };
       this.dispatchEvent(new CustomEvent("loaded", { detail: { room } }));
     } catch (error) {

@@ -1,6 +1,6 @@
 //! What a page shows of a scene.
 
-use promenade_core::{Scene, Tier};
+use promenade_core::Scene;
 use serde_json::{Value, json};
 
 /// The scene in words and numbers, metres, quaternions as x, y, z, w.
@@ -16,7 +16,6 @@ pub(crate) fn description(scene: &Scene) -> Value {
         "start": { "position": start.position.to_array(), "quaternion": start.orientation.to_array() },
         "bounds": [low.to_array(), high.to_array()],
         "emitter": scene.emitter().map(|e| e.to_array()),
-        "tiers": scene.tiers().map(Tier::name).collect::<Vec<_>>(),
         "sample_rate_hz": scene.grid().sample_rate_hz,
         "anchors": scene.anchors().len(),
         "images": scene.images().map_or(0, |images| images.images.len()),

@@ -7,8 +7,8 @@ use promenade_core::decode::{CloudDecoder, InlineWorker};
 use promenade_core::glam::Vec3;
 use promenade_core::headphones::{HeadphoneStage, Headphones};
 use promenade_core::{
-    BlockParams, CameraPath, DecodeWorker, Decoded, Emitters, Head, Keyframe, MOST_VOICES, Playback, Pose, Renderer,
-    RendererConfig, Scene, Spatializer, Tier, Voice,
+    BlockParams, CameraPath, DecodeWorker, Decoded, Emitters, FrontPoint, Head, Keyframe, MOST_VOICES, Playback, Pose, Renderer,
+    RendererConfig, Scene, Spatializer, Voice,
 };
 use std::sync::Arc;
 
@@ -16,14 +16,17 @@ use std::sync::Arc;
 pub(crate) const MOST_SAMPLES: usize = 1024;
 
 /// How a scene is prepared.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct LoadOptions {
     /// With a second emitter, for stereo sound whose channels come from two places.
     pub second_emitter: bool,
-    /// Decode live tiers on the thread that renders: offline only.
+    /// Decode poses on the thread that renders: offline only.
     pub inline: bool,
     /// Sounds beside the first that can be played in the same place, at most 32.
     pub further: usize,
+    /// The most that it may be off from all of the scene, in differences that are just noticed, where the scene carries its
+    /// front; 0 plays all of it.
+    pub within: f32,
 }
 
 /// A sound beside the first.
@@ -110,6 +113,10 @@ impl Engine {
         if let Some(head) = &self.head {
             scene = scene.with_head(head).map_err(|e| e.to_string())?;
         }
+        let point = FrontPoint::within(&scene.parts().front, options.within).filter(|_| options.within > 0.0).copied();
+        if let Some(kept) = point.and_then(|point| scene.with_setting(point.setting)) {
+            scene = kept;
+        }
         let scene = Arc::new(scene);
         let first = if options.second_emitter { 2 } else { 1 };
         let voices = first + options.further.min(u32::BITS as usize);
@@ -176,7 +183,6 @@ impl Engine {
         let p = &mut self.params;
         let on = value != 0.0;
         match setting {
-            0 => p.tier = Tier::ALL[(value as usize).min(Tier::ALL.len() - 1)],
             1 => p.gain = value,
             2 => p.mix = value,
             3 => p.bypass = on,
@@ -301,13 +307,6 @@ impl Engine {
     #[must_use]
     pub fn latency_samples(&self) -> (usize, f64) {
         (self.stream.latency_samples(), self.listener.glide.delay())
-    }
-
-    /// The tier that is played, as its number.
-    #[must_use]
-    pub fn played_tier(&self) -> usize {
-        let played = self.stream.renderer().map_or(Tier::Draft, |r| r.played_tier(self.params.tier));
-        Tier::ALL.iter().position(|t| *t == played).unwrap_or(0)
     }
 
     /// The pose that a voice is to decode, once: the first sound's, its second emitter's, then those of further sounds.

@@ -90,10 +90,11 @@ pub extern "C" fn headphones() -> u32 {
     of_bytes(Engine::set_headphones)
 }
 
-/// Takes the scene in the room, for some further sounds. `flags`: 1 with a second emitter, 2 decoding where it plays.
+/// Takes the scene in the room, for some further sounds, within an error of all of it in just noticeable differences, 0 for
+/// all. `flags`: 1 with a second emitter, 2 decoding where it plays.
 #[cfg_attr(target_family = "wasm", unsafe(no_mangle))]
-pub extern "C" fn load(flags: u32, further: usize) -> u32 {
-    let options = LoadOptions { second_emitter: flags & 1 != 0, inline: flags & 2 != 0, further };
+pub extern "C" fn load(flags: u32, further: usize, within: f32) -> u32 {
+    let options = LoadOptions { second_emitter: flags & 1 != 0, inline: flags & 2 != 0, further, within };
     of_bytes(|engine, bytes| engine.load(bytes, options))
 }
 
@@ -230,12 +231,6 @@ pub extern "C" fn latency() -> usize {
 #[cfg_attr(target_family = "wasm", unsafe(no_mangle))]
 pub extern "C" fn pose_delay() -> f64 {
     with(|engine| engine.latency_samples().1)
-}
-
-/// The tier that is played, 0 to 3.
-#[cfg_attr(target_family = "wasm", unsafe(no_mangle))]
-pub extern "C" fn played_tier() -> usize {
-    with(|engine| engine.played_tier())
 }
 
 /// Where the pose is that a voice is to decode, or null.

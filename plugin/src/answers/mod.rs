@@ -1,8 +1,6 @@
 //! What an open editor or the loader asks of a scene, and the threads that compute the answers.
 
-pub mod front;
 pub mod response;
 pub mod reverberation;
 pub mod room_map;
 pub mod settled;
-pub mod tier_figures;

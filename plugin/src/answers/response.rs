@@ -54,8 +54,7 @@ pub struct Response {
 impl Listening {
     /// What is sounded and heard: mix, gain and bypass are no part of the place.
     pub fn new(scene: &Arc<Scene>, sample_rate_hz: f64, pose: Pose, block: BlockParams, octave: Option<usize>) -> Self {
-        let tier = scene.played_tier(block.tier);
-        let block = BlockParams { tier, mix: 1.0, gain: 1.0, bypass: false, ..block };
+        let block = BlockParams { mix: 1.0, gain: 1.0, bypass: false, ..block };
         Self { scene: Arc::downgrade(scene), sample_rate_hz, pose, block, octave }
     }
 
@@ -126,8 +125,8 @@ impl Question for Listening {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use promenade_core::{Tier, Trim};
-    use promenade_testing::scenes::{room, room_with_cloud};
+    use promenade_core::Trim;
+    use promenade_testing::scenes::room;
 
     fn listening(scene: &Arc<Scene>, block: BlockParams, octave: Option<usize>) -> Listening {
         Listening::new(scene, 48_000.0, scene.start_pose(), block, octave)
@@ -177,8 +176,8 @@ mod tests {
     }
 
     #[test]
-    fn a_step_that_nobody_sees_asks_nothing_and_another_tier_does() {
-        let scene = room_with_cloud(16_000.0, 0.2, 0.05);
+    fn a_step_that_nobody_sees_asks_nothing_and_another_sound_does() {
+        let scene = room(16_000.0, 0.2, 0.05);
         let asked = listening(&scene, BlockParams::default(), None);
         let mut other = asked.clone();
         other.pose.position.x += 0.001;
@@ -187,12 +186,13 @@ mod tests {
         assert!(!other.is_like(&asked));
         let turned = Pose::from_ypr(asked.pose.position, 0.1, 0.0, 0.0);
         assert!(!Listening { pose: turned, ..asked.clone() }.is_like(&asked));
-        let high = listening(&scene, BlockParams { tier: Tier::High, ..BlockParams::default() }, None);
-        assert!(!high.is_like(&asked) && high.answer(&|| true).is_some());
+        let trim = Trim { early: 0.1, ..Trim::NEUTRAL };
+        let fainter = listening(&scene, BlockParams { trim, ..BlockParams::default() }, None);
+        assert!(!fainter.is_like(&asked) && fainter.answer(&|| true).is_some());
         assert!(asked.answer(&|| false).is_none(), "nobody wants it");
-        let standard = asked.answer(&|| true).unwrap();
-        assert_ne!(standard.decay_db, high.answer(&|| true).unwrap().decay_db);
+        let usual = asked.answer(&|| true).unwrap();
+        assert_ne!(usual.decay_db, fainter.answer(&|| true).unwrap().decay_db);
         drop(scene);
-        assert!(high.answer(&|| true).is_none(), "the scene is gone");
+        assert!(fainter.answer(&|| true).is_none(), "the scene is gone");
     }
 }

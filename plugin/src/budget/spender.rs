@@ -1,12 +1,12 @@
 //! The audio thread's end of the budget.
 
 use super::{Account, join, register};
-use super::{allocator::USUAL_COSTS, grant::Grant, stop_watch::StopWatch};
+use super::{allocator::BANDS, grant::Grant, stop_watch::StopWatch};
 use crate::budget::limit::limit_percent;
 use crate::parameter::cast::{index, narrow, normal};
+use crate::parameter::choices::AccuracyChoice;
 use crate::worker::TaskHandle;
 use nice_plug::nice_error;
-use promenade_core::{BlockParams, Tier};
 use std::sync::Arc;
 
 /// Time in which an instance that waits falls silent, or comes back, seconds.
@@ -15,14 +15,12 @@ const FADE_S: f32 = 0.02;
 const LEVEL_S: f32 = 0.4;
 /// Time constant over which costs are measured, seconds; they rise at once.
 const COST_S: f32 = 0.5;
-/// Time constant over which the cost of what is not played is forgotten in favour of the usual one, seconds: one that was once
-/// measured too high would never be played again.
-const FORGET_S: f32 = 10.0;
+/// Where bands meet, Hz.
+const EDGES_HZ: [f32; BANDS - 1] = [250.0, 1_000.0, 4_000.0];
 /// Fainter than this is silence, mean square.
 const SILENCE: f32 = 1e-12;
 
 /// What one instance plays of itself, block by block. The audio thread owns it.
-#[derive(Default)]
 pub(crate) struct Spender {
     account: Arc<Account>,
     task: Option<Arc<TaskHandle>>,
@@ -35,11 +33,13 @@ pub(crate) struct Spender {
     settled: usize,
     /// Whether something was not rendered since it began.
     waited: bool,
-    /// Mean squares of the input and of both ears.
+    /// Mean squares of the input and of both ears by band.
     input: f32,
-    ears: f32,
-    /// Power from the input to the ears when it was last heard, and the listener's distance then, metres.
-    gain: f32,
+    ears: [f32; BANDS],
+    /// By ear what is below each edge.
+    below: [[f32; BANDS - 1]; 2],
+    /// Power from the input to the ears by band when it was last heard, and the listener's distance then, metres.
+    gains: [f32; BANDS],
     gain_at_m: f32,
     /// Whether there is a limit for this block.
     limited: bool,
@@ -52,7 +52,23 @@ pub(crate) struct Spender {
 impl Spender {
     /// Plays everything, and allocates nothing.
     pub(crate) fn new(account: Arc<Account>) -> Self {
-        Self { account, level: 1.0, gain: 1.0, gain_at_m: 1.0, quiet: true, ..Self::default() }
+        Self {
+            account,
+            task: None,
+            now: Grant::FULL,
+            level: 1.0,
+            taken: 0,
+            settled: 0,
+            waited: false,
+            input: 0.0,
+            ears: [0.0; BANDS],
+            below: [[0.0; BANDS - 1]; 2],
+            gains: [1.0 / BANDS as f32; BANDS],
+            gain_at_m: 1.0,
+            limited: false,
+            power: 0.0,
+            quiet: true,
+        }
     }
 
     /// Starts what allocates, where it does not run yet.
@@ -66,21 +82,14 @@ impl Spender {
         }
     }
 
-    /// Chooses what is played of a block whose inputs have a mean square of `power`, and sets it so. An instance that leads
-    /// others or is bypassed does not wait; offline there is no budget. Returns what measures the block's time, where there
-    /// is a limit.
+    /// Chooses whether a block is played whose inputs have a mean square of `power`. An instance that leads others or is
+    /// bypassed does not wait; offline there is no budget. Returns what measures the block's time, where there is a limit.
     ///
     /// # Real-time
     /// Audio thread; no allocation, lock or I/O. Wakes a thread when a sound begins.
-    pub(crate) fn begin(
-        &mut self,
-        block: &mut BlockParams,
-        power: impl FnOnce() -> f32,
-        offline: bool,
-        leads: bool,
-    ) -> Option<StopWatch> {
+    pub(crate) fn begin(&mut self, power: impl FnOnce() -> f32, offline: bool, is_needed: bool) -> Option<StopWatch> {
         self.limited = limit_percent().is_some() && !offline;
-        let held = if self.limited { self.account.held() } else { Grant::Full };
+        let held = if self.limited { self.account.held() } else { Grant::FULL };
         if self.limited {
             self.power = power();
             let quiet = self.power <= SILENCE;
@@ -91,23 +100,19 @@ impl Spender {
                 task.schedule();
             }
         }
-        self.now = if leads || block.bypass { held.max(Grant::Draft) } else { held };
-        match self.now {
-            Grant::Full => (),
-            Grant::Draft | Grant::Nothing => block.tier = Tier::Draft,
-        }
+        self.now = if is_needed { held.max(Grant::LEAST) } else { held };
         self.limited.then(StopWatch::start)
     }
 
     /// Whether nothing has to be rendered: it waits, and what was heard has faded out.
     pub(crate) fn waits(&mut self) -> bool {
-        self.waited |= self.now == Grant::Nothing && self.level == 0.0;
-        self.waited && self.now == Grant::Nothing
+        self.waited |= self.now == Grant::WAITS && self.level == 0.0;
+        self.waited && self.now == Grant::WAITS
     }
 
     /// Whether it has waited and is to begin anew with this block, at a latency in samples.
     pub(crate) fn wakes(&mut self, latency: usize, sample_rate_hz: f64) -> bool {
-        let wakes = self.now != Grant::Nothing && self.waited;
+        let wakes = self.now != Grant::WAITS && self.waited;
         if wakes {
             (self.waited, self.level) = (false, 1.0);
             (self.taken, self.settled) = (0, latency + fade_samples(sample_rate_hz));
@@ -136,7 +141,7 @@ impl Spender {
     /// # Real-time
     /// Audio thread; no allocation, lock or I/O.
     pub(crate) fn fade(&mut self, channels: &mut [&mut [f32]], sample_rate_hz: f64) {
-        let target = if self.now == Grant::Nothing { 0.0 } else { 1.0 };
+        let target = if self.now == Grant::WAITS { 0.0 } else { 1.0 };
         if self.level == target {
             return;
         }
@@ -152,55 +157,56 @@ impl Spender {
         self.level = end;
     }
 
-    /// Measures a block for the allocator: its time, both ears, the distance to the emitter, metres, the tier that the user has
-    /// set, and the length of the sound, seconds.
+    /// Measures a block for the allocator: its time, both ears, the distance to the emitter, metres, the accuracy that the user
+    /// has set, and the length of the sound, seconds.
     ///
     /// # Real-time
     /// Audio thread; no allocation, lock or I/O.
-    pub(crate) fn end(&mut self, watch: &StopWatch, ears: [&[f32]; 2], away_m: f32, tier: Tier, length_s: f64) {
+    pub(crate) fn end(&mut self, watch: &StopWatch, ears: [&[f32]; 2], away_m: f32, most: AccuracyChoice, length_s: f64) {
         let took = watch.elapsed();
         let (length, length_s) = (narrow(length_s), length_s.max(1e-9));
         follow(&mut self.input, self.power, length);
-        follow(&mut self.ears, mean_square(ears), length);
+        let found = self.band_powers(ears, length);
+        self.ears.iter_mut().zip(found).for_each(|(level, found)| follow(level, found, length));
         let away_m = away_m.max(promenade_core::NEAREST_M);
-        let most = if tier == Tier::Draft { Grant::Draft } else { Grant::Full };
-        // A draft is fainter than what it stands for.
-        if self.now == most && self.level == 1.0 && self.taken >= self.settled && self.input > SILENCE && self.ears > SILENCE {
-            (self.gain, self.gain_at_m) = (self.ears / self.input, away_m);
+        let waits = self.now == Grant::WAITS;
+        if !waits && self.level == 1.0 && self.taken >= self.settled && self.input > SILENCE && self.ears != [0.0; BANDS] {
+            (self.gains, self.gain_at_m) = (self.ears.map(|power| power / self.input), away_m);
         }
-        let expected = self.input * self.gain * (self.gain_at_m / away_m).powi(2);
-        self.account.note(if self.now == Grant::Nothing { expected } else { expected.max(self.ears) }, most);
-        // A silent source costs next to nothing: that is not what its grant takes.
-        if self.input > SILENCE {
-            let found = narrow(took.as_secs_f64() / length_s);
-            let cost = self.learn(self.now, found, length / COST_S);
-            for other in [Grant::Draft, Grant::Full].into_iter().filter(|other| self.now > Grant::Nothing && *other != self.now)
-            {
-                let usual = cost * USUAL_COSTS[other as usize] / USUAL_COSTS[self.now as usize];
-                self.learn(other, usual, length / FORGET_S);
-            }
+        let nearer = (self.gain_at_m / away_m).powi(2);
+        let expected = |band: usize| self.input * self.gains[band] * nearer;
+        self.account.note(std::array::from_fn(|band| expected(band).max(if waits { 0.0 } else { self.ears[band] })), most);
+        // A silent source costs next to nothing: that is not what its scene takes.
+        if self.input > SILENCE && !waits {
+            self.account.note_cost(narrow(took.as_secs_f64() / length_s), length / COST_S);
         }
     }
 
-    /// Takes in what a grant was found to take, over `times` of a time constant. Returns what it is now taken to take.
-    fn learn(&self, grant: Grant, found: f32, times: f32) -> f32 {
-        let known = self.account.cost_of(grant);
-        let cost = if known > 0.0 { known + (1.0 - (-times).exp()) * (found - known) } else { found };
-        self.account.note_cost(grant, cost);
-        cost
+    /// Mean squares of both ears by band, over a block of some seconds.
+    fn band_powers(&mut self, ears: [&[f32]; 2], length_s: f32) -> [f32; BANDS] {
+        let len = ears[0].len().max(1) as f32;
+        let follows = EDGES_HZ.map(|hz| 1.0 - (-std::f32::consts::TAU * hz * length_s / len).exp());
+        let mut sums = [0.0; BANDS];
+        for (ear, below) in ears.into_iter().zip(&mut self.below) {
+            for x in ear {
+                let mut last = 0.0;
+                for ((below, follow), sum) in below.iter_mut().zip(follows).zip(&mut sums) {
+                    *below += follow * (x - *below);
+                    *sum += (*below - last).powi(2);
+                    last = *below;
+                }
+                sums[BANDS - 1] += (x - last).powi(2);
+            }
+            // What is no number, or too small for one, is forgotten.
+            below.iter_mut().filter(|below| !below.is_normal()).for_each(|below| *below = 0.0);
+        }
+        sums.map(|sum| if sum.is_finite() { 0.5 * sum / len } else { 0.0 })
     }
 }
 
 /// Length of a fade, samples, at least one.
 fn fade_samples(sample_rate_hz: f64) -> usize {
     index(FADE_S * narrow(sample_rate_hz)).max(1)
-}
-
-/// Mean square of two channels; 0 for what is no number.
-fn mean_square(channels: [&[f32]; 2]) -> f32 {
-    let sum: f32 = channels.iter().copied().flatten().map(|x| x * x).sum();
-    let mean = sum / channels.iter().map(|channel| channel.len()).sum::<usize>().max(1) as f32;
-    if mean.is_finite() { mean } else { 0.0 }
 }
 
 /// Follows a mean square: up at once, down over [`LEVEL_S`].

@@ -369,9 +369,6 @@ impl NiceEguiApp for App {
             self.acted_s = now_s;
             self.before.get_or_insert_with(|| UserState::of(&params));
         }
-        if let Some((scene, rate_hz)) = scene.as_ref().zip(self.instance.loader.sample_rate_hz()) {
-            views.judge(scene, rate_hz);
-        }
         undo_or_redo(ui, &mut ctx);
         ctx.report_remote();
         ctx.pay();

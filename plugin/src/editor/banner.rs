@@ -30,7 +30,7 @@ pub(super) fn show(ui: &mut Ui, ctx: &mut Ctx<'_>) {
     }
     let outside = ctx.sources_outside();
     if ctx.params().further() > 0 && !outside.is_empty() {
-        let sources = ctx.project_sources();
+        let sources = ctx.sources;
         let names = outside.iter().take(3).map(|source| sources.name(*source)).collect::<Vec<_>>().join(", ");
         let more = outside.len().saturating_sub(3);
         let rest = if more > 0 { format!(" and {more} more") } else { String::new() };

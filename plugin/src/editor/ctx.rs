@@ -197,11 +197,6 @@ impl Ctx<'_> {
         on_path.map_or(home, |pose| pose.position) + self.offset(source)
     }
 
-    /// What the project says of its sources.
-    pub fn project_sources(&self) -> &SavedSources {
-        self.sources
-    }
-
     /// Changes what the project says of its sources.
     pub fn change_sources(&self, change: impl FnOnce(&mut SavedSources)) {
         self.keep(&self.params().sources.saved, change);
@@ -215,7 +210,7 @@ impl Ctx<'_> {
 
     /// The colour of a source, 0 for the first.
     pub fn source_colour(&self, source: usize) -> Color32 {
-        let own = self.project_sources().of(source).colour;
+        let own = self.sources.of(source).colour;
         own.map_or(self.palette.emitter, |[r, g, b]| Color32::from_rgb(r, g, b))
     }
 

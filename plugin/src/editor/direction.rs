@@ -1,9 +1,9 @@
 //! Level and time between the ears, and where the emitter is from the head.
 
-use super::theme::{Palette, faded};
-use super::{ctx::Ctx, words::Word};
+use super::theme::{Palette, SPACE, faded};
+use super::{ctx::Ctx, widgets::fact, words::Word};
 use crate::project::scene_frame::to_polar;
-use egui::{Align2, Color32, CornerRadius, Painter, Rect, Sense, Shape, Stroke, Ui, Vec2, pos2, vec2};
+use egui::{Color32, CornerRadius, Painter, Rect, Sense, Shape, Stroke, Ui, UiBuilder, Vec2, vec2};
 use promenade_core::Pose;
 use promenade_core::glam::Vec3;
 
@@ -17,48 +17,25 @@ pub(super) fn seen_from(pose: &Pose, world: Vec3) -> (f32, f32, f32) {
     to_polar(pose.to_head(world)).into()
 }
 
-/// A head from above with the emitter round it, and gauges of level and time.
+/// A head from above with the emitter round it, and gauges of level and time, which lean to the side that the sound seems to come
+/// from.
 pub(super) fn dial(ui: &mut Ui, ctx: &Ctx<'_>) {
     let rect = ui.max_rect();
-    let painter = ui.painter();
-    let palette = ctx.palette;
-    let size = (rect.height() - 8.0).min(108.0);
-    let circle = Rect::from_min_size(rect.min + vec2(0.0, 4.0), Vec2::splat(size));
-    let home = ctx.scene.and_then(|scene| scene.emitter());
-    let seen = home.map(|home| seen_from(&ctx.frame.pose, ctx.source_at(home, 0)));
-    head(painter, circle, ctx, seen.map(|(azimuth, ..)| azimuth));
-    let texts = rect.with_min_x(circle.right() + 16.0);
-    let line = |n: f32| texts.top() + 4.0 + n * 17.0;
-    let readout = |n: f32, word: Word, value: &str| {
-        let place = Rect::from_min_size(pos2(texts.left(), line(n)), vec2(texts.width(), 17.0));
-        ui.interact(place, ui.scope_id().with(word), Sense::hover()).on_hover_text(word.help());
-        painter.text(pos2(texts.left(), line(n)), Align2::LEFT_TOP, word.label(), Palette::caption(), palette.soft);
-        painter.text(pos2(texts.right(), line(n)), Align2::RIGHT_TOP, value, Palette::caption(), palette.text);
-    };
-    match seen {
-        Some((azimuth, elevation, distance)) => {
-            readout(0.0, Word::Azimuth, &side_of(azimuth));
-            readout(1.0, Word::Elevation, &format!("{elevation:.0}°").replace('-', "\u{2212}"));
-            readout(2.0, Word::Distance, &format!("{distance:.2} m"));
-        }
-        None => readout(0.0, Word::Emitter, "not known"),
-    }
-    // Both gauges lean to the side that the sound seems to come from.
+    let circle = Rect::from_min_size(rect.min + vec2(0.0, 4.0), Vec2::splat((rect.height() - 8.0).min(108.0)));
+    let seen = ctx.scene.and_then(|scene| scene.emitter()).map(|home| seen_from(&ctx.frame.pose, ctx.source_at(home, 0)));
+    head(ui.painter(), circle, ctx, seen.map(|(azimuth, ..)| azimuth));
+    let texts = rect.with_min_x(circle.right() + 16.0).with_min_y(circle.top() + 16.0);
     let (ild, itd_us) = (ctx.frame.ild_db, ctx.frame.itd_s * 1e6);
-    readout(3.4, Word::Level, &towards(ild, "dB", 1));
-    gauge(painter, pos2(texts.left(), line(4.35)), texts.width(), ild / MOST_DB, palette);
-    readout(5.2, Word::Time, &towards(itd_us, "µs", 0));
-    gauge(painter, pos2(texts.left(), line(6.15)), texts.width(), itd_us / MOST_US, palette);
-}
-
-/// An angle with the side that it is to.
-fn side_of(azimuth_deg: f32) -> String {
-    let side = match azimuth_deg.round() {
-        a if a == 0.0 || a.abs() == 180.0 => "",
-        a if a > 0.0 => " left",
-        _ => " right",
-    };
-    format!("{:.0}°{side}", azimuth_deg.abs())
+    ui.scope_builder(UiBuilder::new().max_rect(texts), |ui| {
+        for (word, value, unit, decimals, most) in
+            [(Word::Level, ild, "dB", 1, MOST_DB), (Word::Time, itd_us, "µs", 0, MOST_US)]
+        {
+            fact(ui, ctx.palette, word, &towards(value, unit, decimals));
+            let (track, _) = ui.allocate_exact_size(vec2(texts.width(), 6.0), Sense::hover());
+            gauge(ui.painter(), track, value / most, ctx.palette);
+            ui.add_space(2.0 * SPACE);
+        }
+    });
 }
 
 /// A difference between the ears with the side that it favours; positive values favour the right.
@@ -75,12 +52,11 @@ fn towards(value: f32, unit: &str, decimals: usize) -> String {
     format!("{text} {unit}{side}")
 }
 
-fn gauge(painter: &Painter, at: egui::Pos2, width: f32, lean: f32, palette: &Palette) {
-    let track = Rect::from_min_size(at, vec2(width, 6.0));
+fn gauge(painter: &Painter, track: Rect, lean: f32, palette: &Palette) {
     painter.rect_filled(track, CornerRadius::same(3), palette.control);
     let lean = if lean.is_finite() { lean.clamp(-1.0, 1.0) } else { 0.0 };
     let (middle, colour) = (track.center().x, if lean > 0.0 { palette.right } else { palette.left });
-    let end = middle + lean * width / 2.0;
+    let end = middle + lean * track.width() / 2.0;
     if (end - middle).abs() > 0.5 {
         let bar = Rect::from_x_y_ranges(middle.min(end)..=middle.max(end), track.y_range());
         painter.rect_filled(bar, CornerRadius::same(3), colour);
@@ -134,7 +110,5 @@ mod tests {
         assert_eq!(towards(6.24, "dB", 1), "6.2 dB right");
         assert_eq!(towards(-310.2, "µs", 0), "310 µs left");
         assert_eq!(towards(-0.01, "dB", 1), "0.0 dB");
-        assert_eq!(side_of(-30.2), "30° right");
-        assert_eq!(side_of(180.0), "180°");
     }
 }

@@ -192,12 +192,12 @@ mod tests {
     #[test]
     fn a_value_at_once_has_a_gesture_of_its_own_or_joins_one() {
         let (log, mut gestures) = (Log::default(), Gestures::default());
-        gestures.set(&log, Parameter::Tier, 2.0);
-        assert_eq!(log.take(), "+tier tier=2 -tier");
-        gestures.hold(&log, Parameter::Tier, 1.0);
-        gestures.set(&log, Parameter::Tier, 3.0);
+        gestures.set(&log, Parameter::Accuracy, 2.0);
+        assert_eq!(log.take(), "+accuracy accuracy=2 -accuracy");
+        gestures.hold(&log, Parameter::Accuracy, 1.0);
+        gestures.set(&log, Parameter::Accuracy, 3.0);
         gestures.end_frame(&log, 0.0);
-        assert_eq!(log.take(), "+tier tier=1 tier=3 -tier");
+        assert_eq!(log.take(), "+accuracy accuracy=1 accuracy=3 -accuracy");
     }
 
     #[test]

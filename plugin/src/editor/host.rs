@@ -90,9 +90,9 @@ mod tests {
                 assert!(same, "{}: {plain} is {share}, the framework has {back}", parameter.id());
             }
         }
-        assert_eq!(text(&params, Parameter::Tier, 2.0), "High");
+        assert_eq!(text(&params, Parameter::Latency, 2.0), "None");
         assert_eq!(text(&params, Parameter::Yaw, -90.0), "-90.00 deg");
         assert_eq!(default_value(&params, Parameter::Rate).round(), 40.0);
-        assert_eq!(default_value(&params, Parameter::Tier), 1.0);
+        assert_eq!(default_value(&params, Parameter::Scene), 2.0);
     }
 }

@@ -3,6 +3,7 @@
 //! It runs on the thread of its window, reads the audio thread's telemetry, and writes parameters as automation gestures
 //! through the host. Nothing of it exists while no window is open.
 
+mod accuracy;
 mod app;
 mod banner;
 mod budget;
@@ -40,7 +41,6 @@ mod source_path;
 mod sources_panel;
 mod t20;
 pub mod theme;
-mod tier;
 mod timeline;
 mod view;
 pub mod views;

@@ -1,7 +1,7 @@
 //! The camera path: how it is followed, its keyframes, recording, and files.
 
 use super::chooser::{Chooser, FileKind, Place};
-use super::controls::{follow_path, toggle};
+use super::controls::toggle;
 use super::theme::{CONTROL, SPACE};
 use super::widgets::{button, columns, field, labelled, note, outcome, switch, tab};
 use super::{ctx::Ctx, panel::Panel, timeline::Timeline, words::Word};
@@ -72,7 +72,6 @@ impl Panel for PathPanel {
 
 /// How the path is followed.
 fn playing(ui: &mut Ui, ctx: &mut Ctx<'_>) {
-    follow_path(ui, ctx);
     let (kept, _) = ctx.params().saved_walk.get();
     let mut speed = kept.speed;
     labelled(ui, ctx.palette, Word::Speed, |ui| {

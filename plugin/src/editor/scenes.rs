@@ -193,7 +193,7 @@ impl Scenes {
                 note(ui, ctx.palette, format!("Saved with the project: {}", saved.title));
             }
             if shown.is_empty() {
-                let why = if lines.is_empty() { "Empty: Folder shows where your scenes go" } else { "Nothing matches" };
+                let why = if lines.is_empty() { "Empty: see Folder" } else { "Nothing matches" };
                 note(ui, ctx.palette, why);
             }
             for (pick, listed) in shown {

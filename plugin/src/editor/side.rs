@@ -4,8 +4,8 @@ use super::controls::{follow_path, list, number, slider};
 use super::path_panel::{read, take};
 use super::theme::{CONTROL, Palette, SPACE};
 use super::widgets::{button, drop_down, heading, labelled, note, segments, title};
-use super::{ctx::Ctx, direction::seen_from, meter::Meters, source_path::SourcePath, view::reset, words::Word};
 use super::{loudness, pose_source};
+use super::{ctx::Ctx, direction::seen_from, meter::Meters, source_path::SourcePath, view::reset, words::Word};
 use crate::parameter::choices::{Choice, Variants};
 use crate::parameter::source_knob::{Part, SourceKnob};
 use crate::parameter::{Parameter, row::SlotKind};
@@ -68,7 +68,7 @@ fn source(ui: &mut Ui, ctx: &mut Ctx<'_>, path: &mut SourcePath) {
     let further = ctx.params().further();
     let chosen = ctx.selection.source.min(further);
     if further > 0 {
-        let sources = ctx.project_sources();
+        let sources = ctx.sources;
         let name = |source| match sources.name(source) {
             name if name == format!("Source {}", source + 1) => name,
             name => format!("{}  {name}", source + 1),

@@ -7,7 +7,8 @@ use super::{ctx::Ctx, host::default_value, panel::Panel, theme::SPACE, words::Wo
 use crate::parameter::Parameter;
 use crate::playing::output::Output;
 use egui::Ui;
-use promenade_core::Tier;
+use promenade_core::Scene;
+use promenade_core::published::ConvMode;
 
 /// What the panel sets, column by column.
 const LEVELS: [Parameter; 3] = [Parameter::Direct, Parameter::Early, Parameter::Late];
@@ -32,7 +33,7 @@ impl Panel for SoundPanel {
     }
 
     fn show(&mut self, ui: &mut Ui, ctx: &mut Ctx<'_>) {
-        let whole = ctx.frame.tier == Tier::Reference;
+        let whole = ctx.scene.is_some_and(|scene| convolves(scene));
         let ears = ctx.instance.loader.output() == Output::Binaural;
         let far = ctx.scene.is_none_or(|scene| scene.emitter().is_some());
         columns(ui, [224.0, 224.0, 224.0], |ui, column| {
@@ -77,12 +78,18 @@ fn neutral(ctx: &mut Ctx<'_>) {
     }
 }
 
+/// Whether a published model plays a scene.
+fn convolves(scene: &Scene) -> bool {
+    scene.cloud().is_some_and(|cloud| cloud.conv != ConvMode::Off)
+}
+
 /// What of this has no effect on what is heard now.
 fn limits(ui: &mut Ui, ctx: &Ctx<'_>, far: bool, ears: bool) {
-    match ctx.frame.tier {
+    match ctx.scene {
         _ if !ears => note(ui, ctx.palette, "Ambisonics go out: head, headphones and width are for ears."),
-        Tier::Reference => note(ui, ctx.palette, "Reference plays a model that knows no parts: only the low cut acts on it."),
-        Tier::Draft => note(ui, ctx.palette, "Draft has no room but the echoes of simulated places."),
+        Some(scene) if convolves(scene) => {
+            note(ui, ctx.palette, "A published model is played that knows no parts: only the low cut acts on it.");
+        }
         _ if !far => {
             note(ui, ctx.palette, "The scene does not know where its source is: neither distance nor stereo has an effect.")
         }

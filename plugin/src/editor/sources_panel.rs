@@ -64,7 +64,7 @@ impl Panel for SourcesPanel {
             if button(ui, ctx.palette, Word::Arrange).clicked() {
                 ctx.arrange();
             }
-            if ctx.project_sources().silent() != 0 && button(ui, ctx.palette, Word::HearAll).clicked() {
+            if ctx.sources.silent() != 0 && button(ui, ctx.palette, Word::HearAll).clicked() {
                 ctx.change_sources(|all| {
                     (0..count).for_each(|source| all.change(source, |s| (s.mute, s.solo) = (false, false)))
                 });
@@ -101,7 +101,7 @@ impl Panel for SourcesPanel {
 impl SourcesPanel {
     fn line(&mut self, ui: &mut Ui, ctx: &mut Ctx<'_>, source: usize, outside: bool) {
         let (rect, palette) = (ui.max_rect(), ctx.palette);
-        let sources = ctx.project_sources();
+        let sources = ctx.sources;
         let info = sources.of(source);
         let whole = ui.interact(rect, ui.scope_id().with("line"), Sense::click());
         whole.widget_info(|| WidgetInfo::labeled(egui::Role::Button, true, sources.name(source)));

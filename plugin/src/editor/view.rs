@@ -360,7 +360,7 @@ fn paint(
     if let Some((home, moved)) = scenery.emitter {
         scene::emitter(&mut layers, ctx, home, moved, hot == Some(Handle::Emitter));
         if let Some(seen) = layers.project(moved) {
-            sources::name(&mut layers, &painter, ctx, seen, ctx.project_sources().of(0).name, 14.0);
+            sources::name(&mut layers, &painter, ctx, seen, ctx.sources.of(0).name, 14.0);
             if !scenery.sources.is_empty() {
                 sources::number(&mut layers, &painter, seen, 0, ctx.palette.ground);
             }
@@ -396,7 +396,7 @@ fn caption(ui: &Ui, rect: Rect, ctx: &Ctx<'_>, scenery: &Scenery, hot: Option<Ha
         (Some(Handle::Nose), None) => Some(("Drag to turn".to_owned(), palette.soft)),
         (Some(Handle::Emitter), _) => Some(("Drag to move the source, with Alt for height".to_owned(), palette.soft)),
         (Some(Handle::Source(further)), _) => {
-            let name = ctx.project_sources().name(1 + further);
+            let name = ctx.sources.name(1 + further);
             let place = scenery.sources.get(further).copied().unwrap_or_default();
             let outside = if ctx.is_outside(place) { ". It is outside of the walls" } else { "" };
             Some((format!("{name}: drag to move, with Alt for height{outside}"), palette.soft))

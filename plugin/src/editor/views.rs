@@ -1,14 +1,12 @@
-//! What an open editor has worked out in the background: the response of what is heard, figures of the tiers, loudness.
+//! What an open editor has worked out in the background: the response of what is heard, its map, loudness.
 
 use crate::answers::response::{Listening, Response};
 use crate::answers::reverberation::Wanted;
 use crate::answers::room_map::{Mapped, RoomMap};
 use crate::answers::settled::{Question, Settled};
-use crate::answers::tier_figures::{Figures, Judged};
 use crate::telemetry::loudness::{Loudness, LoudnessMeter, SoundQueue};
 use crate::worker::{JUDGE, MAPPER, METER, RESPONDER, TaskHandle, Worker, repaint::Repaint};
 use nice_plug::nice_error;
-use promenade_core::Scene;
 use promenade_room::Matched;
 use std::sync::Arc;
 
@@ -44,7 +42,6 @@ impl<Q: Question> Drop for Asker<Q> {
 /// The views of one window.
 pub struct Views {
     response: Asker<Listening>,
-    tiers: Asker<Judged>,
     reverberation: Asker<Wanted>,
     map: Asker<Mapped>,
     loudness: Option<(Arc<LoudnessMeter>, TaskHandle)>,
@@ -57,7 +54,6 @@ impl Views {
         let task = METER.add(meter.clone()).inspect_err(|error| nice_error!("no thread to measure loudness: {error}"));
         Self {
             response: Asker::new(repaint, &RESPONDER),
-            tiers: Asker::new(repaint, &JUDGE),
             reverberation: Asker::new(repaint, &JUDGE),
             map: Asker::new(repaint, &MAPPER),
             loudness: task.ok().map(|task| (meter, task)),
@@ -83,17 +79,6 @@ impl Views {
         self.map.ask(mapped);
         let fresh = self.map.settled.is_fresh();
         self.map.settled.newest().filter(|_| fresh).map(|(_, map)| map)
-    }
-
-    /// Asks for figures of a scene's tiers.
-    pub(super) fn judge(&self, scene: &Arc<Scene>, sample_rate_hz: f64) {
-        self.tiers.ask(Judged { scene: Arc::downgrade(scene), sample_rate_hz });
-    }
-
-    /// Figures of a scene's tiers, once they are there.
-    pub(super) fn tiers(&self, scene: &Arc<Scene>) -> Option<Arc<Figures>> {
-        let (of, figures) = self.tiers.settled.newest()?;
-        std::ptr::eq(of.scene.as_ptr(), Arc::as_ptr(scene)).then(|| Arc::clone(&*figures))
     }
 
     /// Measures what was heard since this was last called.

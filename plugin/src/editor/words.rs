@@ -80,14 +80,13 @@ table! {
         /// Right.
         Processor = ("Processor", "Time that a block takes to be played, as a share of the time that it lasts"),
         /// Right.
-        TierFigures = ("Each quality", "What it takes of one core while the listener walks, and its error in differences that \
-            are just noticed (JND): to measurements where the scene has them, else to its best"),
+        Quality = ("Quality", "How near to all of the scene it stays, what that takes, and the budget of all instances"),
         /// Right.
-        Budget = ("Budget", "The most that all instances may take together, as a share of one core: the loud are played in \
-            full, the others as drafts or not at all; bounces ignore it. 0 is no limit"),
+        Budget = ("Budget", "The most that all instances may take together, as a share of one core: what is heard \
+            least is played less accurately or not at all; bounces ignore it. 0 is no limit"),
         /// Right.
-        Spent = ("All take", "What each instance may play within the budget, and what that takes: Full, Draft (no room), \
-            Waits (silent)"),
+        Spent = ("All take", "What each instance may play within the budget, and what that takes: \
+            an accuracy, or Waits (silent)"),
         /// Right.
         Output = ("Output", "What leaves the plugin"),
         /// Meters.
@@ -131,8 +130,6 @@ table! {
         the source's place"),
         /// Direct sound.
         Distance = ("Distance", "Metres from the head to the source; drag or type, and the host writes the source's place"),
-        /// Direct sound.
-        Emitter = ("Emitter", "The source of the sound"),
         /// Direct sound.
         Level = ("Level", "How much louder one ear hears the source than the other"),
         /// Direct sound.

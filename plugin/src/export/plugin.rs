@@ -10,6 +10,7 @@ use crate::listener::ramp::{self, Ramps, Stretch};
 use crate::listener::{HeardPose, ListenerSources, inbox::Inbox, snapshot::Snapshot, source_paths::SourcePaths};
 use crate::osc::{Osc, Switch};
 use crate::parameter::cast::narrow;
+use crate::parameter::{Parameter, choices::AccuracyChoice};
 use crate::playing::{Playing, loader::Loader, monitor::Monitor, output::Output};
 use crate::project::{host_values::Arrived, params::PromenadeParams};
 use crate::telemetry::{Telemetry, host_side::HostSide, members};
@@ -82,7 +83,7 @@ impl<const FURTHER: usize> Default for Promenade<FURTHER> {
             loader.delays().map(|delays| delays.map(samples))
         });
         let alive = Arc::new(());
-        let account = Arc::default();
+        let account = Arc::clone(&loader.account);
         Self {
             playing: Playing::new(Arc::clone(&loader)),
             listener: ListenerSources::new(inbox),
@@ -312,10 +313,9 @@ impl<const FURTHER: usize> Promenade<FURTHER> {
         let time = self.follow_transport(buffer, context.transport(), arrived);
         let offline = self.instance.host_side.is_offline();
         self.playing.update(self.instance.loader.choices(), offline);
-        let mut snapshot = self.snapshot(offline);
-        let wanted = snapshot.block.tier;
+        let snapshot = self.snapshot(offline);
         let power = || further_input::power(ears(buffer), aux.inputs);
-        let watch = self.spender.begin(&mut snapshot.block, power, offline, snapshot.leads);
+        let watch = self.spender.begin(power, offline, snapshot.leads || snapshot.block.bypass);
         let stretch = Stretch { len: buffer.samples(), jumps: time.moved, arrived };
         let from = self.ramps.follow(&snapshot, stretch, self.timing.sample_rate_hz);
         let Some(heard) = self.render(buffer, aux.inputs, &snapshot, from.as_ref(), &time) else {
@@ -323,7 +323,8 @@ impl<const FURTHER: usize> Promenade<FURTHER> {
         };
         if let Some(watch) = &watch {
             let away_m = self.distance_m(&heard, &snapshot);
-            self.spender.end(watch, ears(buffer), away_m, wanted, time.length_s);
+            let most = AccuracyChoice::from_index(self.params.index(Parameter::Accuracy));
+            self.spender.end(watch, ears(buffer), away_m, most, time.length_s);
         }
         self.playing.fade(buffer.as_slice());
         self.monitor.show(&snapshot, &time, &heard, &self.playing, ears(buffer), began.elapsed());

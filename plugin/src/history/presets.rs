@@ -40,6 +40,7 @@ factory![
     "Dry studio, beside the player",
     "Half dry, source on the left",
     "Living room, across the table",
+    "Loft, a voice walks past",
     "Loft, round the corner",
     "Loft, walk round the corner",
     "Office, at the door",

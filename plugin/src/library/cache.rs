@@ -4,9 +4,8 @@ use crate::library::drawn_room::DrawnRoom;
 use crate::library::factory::{self, FactoryScene};
 use crate::worker::lock::lock;
 use crate::worker::shared::{OfScene, Shared};
-use promenade_core::{Carriers, FrontPoint, Head, Latency, NoHeadError, NotAmbisonicError, RenderError, Scene, SceneError};
+use promenade_core::{Carriers, Head, Latency, NoHeadError, NotAmbisonicError, RenderError, Scene, SceneError, Setting};
 use promenade_fault::Fault;
-use promenade_judge::trade;
 use promenade_room::SceneHead;
 use std::collections::VecDeque;
 use std::sync::{Arc, Mutex, Weak};
@@ -78,13 +77,12 @@ pub fn heard_with(scene: &Scene, hash: &str, head: &Head) -> Result<Arc<Scene>, 
     HEARD.of([hash.to_owned(), content_hash(&head.to_bytes())], || scene.with_head(head))
 }
 
-/// Scenes of settings, by the scene and what they may be off.
-static NEAR: Shared<(OfScene, u32), Scene> = Shared::new();
+/// Scenes of settings.
+static NEAR: Shared<(OfScene, Setting), Scene> = Shared::new();
 
-/// The cheapest scene of a front within an error of all of one, in differences that are just noticed.
-pub fn within(scene: &Arc<Scene>, front: &[FrontPoint], jnds: f32) -> Arc<Scene> {
-    let kept = || trade::within(front, jnds).and_then(|point| scene.with_setting(point.setting)).ok_or(());
-    NEAR.of((scene.into(), jnds.to_bits()), kept).unwrap_or_else(|()| Arc::clone(scene))
+/// The scene that holds what a setting plays of one, shared with every instance that plays the same; `None` where it has none.
+pub fn with_setting(scene: &Arc<Scene>, setting: Setting) -> Option<Arc<Scene>> {
+    NEAR.of((scene.into(), setting), || scene.with_setting(setting).ok_or(())).ok()
 }
 
 /// Pairs of Ambisonic channels, by the scene that they were made of.

@@ -133,7 +133,6 @@ pub(crate) fn card_at(path: &Path) -> Result<SceneCard, String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use promenade_core::Tier;
 
     #[test]
     fn every_file_is_listed_with_its_description_or_what_is_wrong() {
@@ -147,8 +146,7 @@ mod tests {
         lister.list(vec![folder.clone()]);
         let listing = lister.newest();
         assert_eq!((listing.factory.len(), listing.scenes.len(), listing.walks.len()), (2, 3, 1));
-        let card = listing.scenes[0].card.as_ref().unwrap().as_ref().unwrap();
-        assert_eq!(card.tiers, [Tier::Draft, Tier::Standard]);
+        assert!(listing.scenes[0].card.as_ref().unwrap().is_ok());
         assert_eq!(listing.scenes[0].title(), "IoSR Room B, class room");
         for (scene, words) in [(&listing.scenes[1], "found 4"), (&listing.scenes[2], "at most")] {
             let error = scene.card.as_ref().unwrap().as_ref().unwrap_err();

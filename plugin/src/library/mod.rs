@@ -4,6 +4,7 @@ pub mod cache;
 pub mod drawn_room;
 pub mod factory;
 pub(crate) mod file;
+pub mod front;
 pub mod level;
 pub mod lister;
 pub mod outline;

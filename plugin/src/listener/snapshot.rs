@@ -1,7 +1,7 @@
 //! The parameters of a block: the one place where they become metres, radians and linear gains.
 
 use crate::listener::pose_sources::Sources;
-use crate::parameter::choices::{Follow, GroupChoice, TierChoice, Tracking};
+use crate::parameter::choices::{Follow, GroupChoice, Tracking};
 use crate::parameter::source_knob::{Part, SourceKnob};
 use crate::parameter::{Parameter, USUAL_LAW_DB, cast::index};
 use crate::project::params::PromenadeParams;
@@ -19,7 +19,7 @@ pub struct Snapshot<const FURTHER: usize = 0> {
     pub group: Option<u64>,
     /// Whether this instance leads its group.
     pub leads: bool,
-    /// Tier, mix, gain, bypass, what is changed about the sound, and where it is played from.
+    /// Mix, gain, bypass, what is changed about the sound, and where it is played from.
     pub block: BlockParams,
     /// Gain of the first source's input: 0 where it is muted, else 1.
     pub first_gain: f32,
@@ -64,7 +64,6 @@ impl<const FURTHER: usize> Snapshot<FURTHER> {
             group,
             leads: group.is_some() && value(Parameter::Lead) > 0.5,
             block: BlockParams {
-                tier: TierChoice::from_index(params.index(Parameter::Tier)).into(),
                 mix: value(Parameter::Mix),
                 gain: 10_f32.powf(value(Parameter::Gain) / 20.0),
                 bypass: value(Parameter::Bypass) > 0.5,

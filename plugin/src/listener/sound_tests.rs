@@ -4,7 +4,7 @@ use super::*;
 use crate::library::factory;
 use crate::parameter::choices::Follow;
 use promenade_core::glam::{Quat, Vec3};
-use promenade_core::{Quality, Renderer, Scene};
+use promenade_core::{RenderParams, Renderer, Scene};
 use promenade_metrics::tone_cleanliness;
 use std::f64::consts::{PI, TAU};
 use std::sync::Arc;
@@ -50,7 +50,7 @@ fn turned(smooth: bool) -> Vec<f32> {
             glided: Glided::default(),
         };
         let right = &mut right[..chunk.len()];
-        renderer.process(&[chunk.into()], [left, right], Quality::default(), &mut |i| {
+        renderer.process(&[chunk.into()], [left, right], RenderParams::default(), &mut |i| {
             if smooth { listener.pose(i) } else { tracked }
         });
         listener.pose(chunk.len());

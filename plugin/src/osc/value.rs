@@ -132,7 +132,7 @@ mod tests {
             (Parameter::Yaw, text("-90 deg"), -90.0),
             (Parameter::X, OscType::Double(1.5), 1.5),
             (Parameter::Rate, text("40hz"), 40.0),
-            (Parameter::Tier, text("reference"), 3.0),
+            (Parameter::Latency, text("none"), 2.0),
             (Parameter::Tracking, text("Head and position"), 2.0),
             (Parameter::Follow, OscType::Float(2.0), 2.0),
             (Parameter::Scene, text("1"), 1.0),
@@ -149,11 +149,11 @@ mod tests {
     fn what_is_out_of_range_is_clamped_and_what_is_no_value_refused() {
         assert_eq!(plain(Parameter::Gain, &[OscType::Float(99.0)]), Ok((12.0, true)));
         assert_eq!(plain(Parameter::Mix, &[OscType::Float(-1.0)]), Ok((0.0, true)));
-        assert_eq!(plain(Parameter::Tier, &[OscType::Int(9)]), Ok((3.0, true)));
+        assert_eq!(plain(Parameter::Latency, &[OscType::Int(9)]), Ok((2.0, true)));
         assert_eq!(plain(Parameter::X, &[OscType::Double(1e300)]), Ok((50.0, true)));
         for (parameter, argument, reason) in [
-            (Parameter::Tier, text("best"), "draft, standard, high, reference"),
-            (Parameter::Tier, OscType::Float(1.5), "whole"),
+            (Parameter::Latency, text("best"), "frame, 64, none"),
+            (Parameter::Latency, OscType::Float(1.5), "whole"),
             (Parameter::Gain, OscType::Float(f32::NAN), "finite"),
             (Parameter::Gain, text("-6 m"), "of dB"),
             (Parameter::Gain, text(""), "of dB"),

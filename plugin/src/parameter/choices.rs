@@ -1,7 +1,7 @@
 //! The variants of the parameters that are choices. Their ids never change.
 
 use nice_plug::prelude::Enum;
-use promenade_core::{Latency, Tier};
+use promenade_core::Latency;
 use promenade_judge::trade::STANDARD_JNDS;
 
 /// Ids, names and meanings of a choice's variants, in the order of their indices.
@@ -90,19 +90,6 @@ choices! {
         D = "d", "D", "Shares the listener of the fourth group";
     }
 
-    /// [`Tier`] as a parameter.
-    Tier: TierChoice {
-        /// [`Tier::Draft`].
-        Draft = "draft", "Draft", "The direct sound and no room: for many tracks, and for setting up";
-        /// [`Tier::Standard`].
-        Standard = "standard", "Standard",
-            "The room as it was worked out beforehand for a table of places: exact there, blended in between";
-        /// [`Tier::High`].
-        High = "high", "High", "The room as a neural network works it out for the very place of the listener";
-        /// [`Tier::Reference`].
-        Reference = "reference", "Reference", "As High, and with all of the published model's filters: the most costly";
-    }
-
     /// [`Latency`] as a parameter.
     Latency: LatencyChoice {
         /// [`Latency::Frame`].
@@ -152,11 +139,11 @@ impl AccuracyChoice {
     pub fn jnds(self) -> Option<f32> {
         (self as usize).checked_sub(1).map(|index| STANDARD_JNDS[index])
     }
-}
 
-impl From<TierChoice> for Tier {
-    fn from(choice: TierChoice) -> Self {
-        Self::ALL[choice as usize]
+    /// The one of two that may be off by more.
+    #[must_use]
+    pub fn coarser(self, other: Self) -> Self {
+        if self as usize > other as usize { self } else { other }
     }
 }
 
@@ -184,13 +171,5 @@ mod tests {
         let named = AccuracyChoice::ids().unwrap().iter().map(|id| id.parse().ok()).collect::<Vec<Option<f32>>>();
         assert_eq!(found, named);
         assert_eq!(found[1..], STANDARD_JNDS.map(Some));
-    }
-
-    #[test]
-    fn the_ids_of_the_tiers_are_their_names() {
-        assert_eq!(TierChoice::ids().unwrap(), Tier::ALL.map(Tier::name));
-        for (index, tier) in Tier::ALL.into_iter().enumerate() {
-            assert_eq!(Tier::from(TierChoice::from_index(index)), tier);
-        }
     }
 }

@@ -123,12 +123,9 @@ parameters! {
         /// Whether this instance's listener is that of its group.
         Lead = GROUP, "lead", "Lead Group", Switch, 0.0, "Lead the group",
             "The others of the group hear from where this instance's listener is";
-        /// Speed against accuracy: [`choices::TierChoice`].
-        Tier = SOUND, "tier", "Tier", Values::Choice(Choice::Tier), 1.0, "Quality",
-            "Speed against accuracy; hosts call it Tier. What is grey, this scene does not have";
-        /// Decodes a second of the tiers High and Reference while the listener moves, hertz.
+        /// Decodes a second of a trained scene while the listener moves, hertz.
         Rate = SOUND, "rate", "Decode Rate", Number(Unit::Hertz, 5.0, 100.0), 40.0, "Updates",
-            "How often High and Reference work out the sound of a moving listener, times a second; they fade in between";
+            "How often a trained scene works out the sound of a moving listener, times a second; it fades in between";
         /// Share of the rendered sound, of 1.
         Mix = SOUND, "mix", "Dry/Wet", WHOLE, 1.0, "Mix",
             "Share of the room's sound; the rest is the track as it came, delayed to match";

@@ -5,7 +5,7 @@ mod walks;
 mod worn;
 
 use self::scenes::Served;
-use crate::answers::front::FrontSearch;
+use crate::budget::Account;
 use crate::library::LoadError;
 use crate::listener::leader::Leader;
 use crate::parameter::Parameter;
@@ -22,10 +22,8 @@ use promenade_core::headphones::{HeadphoneFilter, Headphones};
 use promenade_core::{Emitters, Scene};
 use std::sync::atomic::{AtomicU32, AtomicU64, AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, Weak};
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
-/// How often it is looked whether a search is over.
-const SEARCHED: Duration = Duration::from_millis(200);
 /// Room for what the audio thread no longer needs, until the loader drops it.
 const RETIRED_CAPACITY: usize = 16;
 
@@ -56,6 +54,8 @@ pub enum Retired {
 /// One per instance. Every method but the queues' `pop` and `push` is for threads that may wait.
 pub struct Loader {
     params: Arc<PromenadeParams>,
+    /// Its share of the budget.
+    pub account: Arc<Account>,
     /// What it is asked for and what it reports.
     pub exchange: Arc<Exchange>,
     /// Bits of the host's sample rate, Hz; 0 before activation.
@@ -89,8 +89,6 @@ pub struct Loader {
     loaded: Mutex<Option<Choices>>,
     /// What was prepared last, for the editor. It does not keep them in memory.
     current: Mutex<Current>,
-    /// Finds what less of the scene may be played; all of it is until then.
-    search: FrontSearch,
     /// The attention weights of the scene's decoder.
     pub attention: Arc<Attention>,
     /// Asks an open editor for its next picture.
@@ -118,6 +116,7 @@ impl Loader {
             params,
             number: NEXT.fetch_add(1, Ordering::Relaxed),
             live_block: AtomicU32::new(0),
+            account: Arc::default(),
             exchange: Arc::default(),
             sample_rate_bits: AtomicU64::new(0),
             output: Mutex::default(),
@@ -133,7 +132,6 @@ impl Loader {
             retired: ArrayQueue::new(RETIRED_CAPACITY),
             loaded: Mutex::default(),
             current: Mutex::default(),
-            search: FrontSearch::default(),
             attention: Arc::default(),
             repaint: Repaint::default(),
         });
@@ -203,12 +201,13 @@ impl Loader {
         *lock(&self.loaded) = Some(choices);
     }
 
-    /// The choices of files as they are now.
+    /// The choices of files as they are now, within the budget.
     ///
     /// # Real-time
     /// Audio thread; no allocation, lock or I/O.
     pub fn choices(&self) -> Choices {
-        self.exchange.choices(&self.params)
+        let choices = self.exchange.choices(&self.params);
+        Choices { accuracy: choices.accuracy.coarser(self.account.accuracy()), ..choices }
     }
 
     /// Whether everything that the parameters choose now has been loaded, or could not be.
@@ -222,11 +221,6 @@ impl Loader {
         let longer = f64::from(self.params.heard(Parameter::Decay)) - 1.0;
         let tail = index(narrow(tail as f64 + longer * decay as f64));
         Some([latency, latency + tail])
-    }
-
-    /// Whether all of the scene is played until it is known what less of it may be.
-    pub fn is_searching(&self) -> bool {
-        self.search.is_over().is_some()
     }
 
     /// The scene that is played or about to be.
@@ -265,7 +259,7 @@ impl Loader {
 impl Task for Loader {
     fn run(&self) -> Option<Instant> {
         self.refresh();
-        self.search.is_over().map(|_| Instant::now() + SEARCHED)
+        None
     }
 }
 

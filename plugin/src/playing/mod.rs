@@ -94,9 +94,6 @@ impl Playing {
             self.task = task.inspect_err(|error| nice_error!("no thread to load scenes while playing: {error}")).ok();
         }
         self.loader.activate(sample_rate_hz, output);
-        if self.loader.is_searching() {
-            self.task.iter().for_each(TaskHandle::schedule);
-        }
         let waiting = self.next.take().filter(|pairs| pairs.count() == self.spatializers.len());
         match self.loader.scenes.pop().or(waiting.map(Prepared::Scene)) {
             Some(Prepared::Scene(pairs)) => {

@@ -97,7 +97,6 @@ impl<const FURTHER: usize> Monitor<FURTHER> {
         (frame.pose, frame.base, frame.tracked, frame.leads) = (heard.pose, heard.base, heard.tracked, heard.leads);
         (frame.dry, frame.offline) = (playing.dry.is_some(), snapshot.block.live.wait);
         if let Some(renderer) = playing.spatializer().and_then(Spatializer::renderer) {
-            frame.tier = renderer.played_tier(snapshot.block.tier);
             frame.show(renderer);
         }
         frame.cancels = self.sides.cancel(narrow(time.length_s));

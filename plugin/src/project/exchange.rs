@@ -1,6 +1,8 @@
 //! What goes between the loader and whoever asks it for something; no part of the project.
 
 use super::{file_wish::FileWish, params::PromenadeParams, persisted::Report, scene_frame::SceneFrame};
+use crate::budget::limit::limit_percent;
+use crate::library::front;
 use crate::parameter::Parameter;
 use crate::parameter::choices::{AccuracyChoice, LatencyChoice, SceneChoice};
 use crate::worker::flag::Flag;
@@ -51,6 +53,10 @@ pub struct Choices {
     pub latency: LatencyChoice,
     /// How near to all of the scene it stays.
     pub accuracy: AccuracyChoice,
+    /// Whether there is a budget.
+    pub limited: bool,
+    /// How many searches for what less of a scene costs have ended.
+    pub fronts: u32,
     /// How often a head has been asked for.
     pub heads: u32,
     /// How often headphones have been asked for.
@@ -75,6 +81,8 @@ impl Exchange {
             stereo: params.heard(Parameter::Spread) > 0.0,
             latency: LatencyChoice::from_index(params.index(Parameter::Latency)),
             accuracy: AccuracyChoice::from_index(params.index(Parameter::Accuracy)),
+            limited: limit_percent().is_some(),
+            fronts: front::ended(),
             heads: self.head_wish.asked(),
             headphones: self.headphones_wish.asked(),
             rooms: params.room.changes(),

@@ -2,7 +2,7 @@
 
 use crate::parameter::Parameter;
 use crate::parameter::choices::{
-    AccuracyChoice, Choice, Follow as FollowChoice, GroupChoice, LatencyChoice, PlaceChoice, SceneChoice, TierChoice,
+    AccuracyChoice, Choice, Follow as FollowChoice, GroupChoice, LatencyChoice, PlaceChoice, SceneChoice,
     Tracking as TrackingChoice,
 };
 use crate::parameter::row::{SLOTS, Unit, Values};
@@ -20,7 +20,6 @@ pub(crate) enum Hosted {
     Place(EnumParam<PlaceChoice>),
     Tracking(EnumParam<TrackingChoice>),
     Group(EnumParam<GroupChoice>),
-    Tier(EnumParam<TierChoice>),
     Latency(EnumParam<LatencyChoice>),
     Accuracy(EnumParam<AccuracyChoice>),
     Scene(EnumParam<SceneChoice>),
@@ -37,7 +36,6 @@ macro_rules! with_param {
             Self::Place($param) => $body,
             Self::Tracking($param) => $body,
             Self::Group($param) => $body,
-            Self::Tier($param) => $body,
             Self::Latency($param) => $body,
             Self::Accuracy($param) => $body,
             Self::Scene($param) => $body,
@@ -79,7 +77,6 @@ impl Hosted {
             Values::Choice(Choice::Place) => Self::Place(choice(row.name, default)),
             Values::Choice(Choice::Tracking) => Self::Tracking(choice(row.name, default)),
             Values::Choice(Choice::Group) => Self::Group(choice(row.name, default)),
-            Values::Choice(Choice::Tier) => Self::Tier(choice(row.name, default)),
             Values::Choice(Choice::Latency) => Self::Latency(choice(row.name, default)),
             Values::Choice(Choice::Accuracy) => Self::Accuracy(choice(row.name, default)),
             Values::Choice(Choice::Scene) => Self::Scene(choice(row.name, default)),

@@ -117,7 +117,7 @@ mod tests {
     #[test]
     fn what_is_no_number_and_choices_by_number_are_dropped() {
         let mut params = [("x", f32::INFINITY), ("y", 1.0)].map(|(id, v)| (id.to_owned(), ParamValue::F32(v))).to_vec();
-        params.extend([("tier".to_owned(), ParamValue::I32(99)), ("slot".to_owned(), ParamValue::I32(3))]);
+        params.extend([("accuracy".to_owned(), ParamValue::I32(99)), ("slot".to_owned(), ParamValue::I32(3))]);
         let mut state = PluginState { version: String::new(), params: params.into_iter().collect(), fields: [].into() };
         migrate(&mut state);
         assert_eq!(state.params.keys().collect::<Vec<_>>(), ["place", "slot", "y"]);

@@ -12,7 +12,7 @@ use crate::parameter::source_knob::MOST_INPUTS;
 use crate::telemetry::loudness::SoundQueue;
 use crate::worker::flag::Flag;
 use crossbeam_queue::ArrayQueue;
-use promenade_core::{Pose, Renderer, Tier};
+use promenade_core::{Pose, Renderer};
 use std::sync::Arc;
 
 /// Frequencies at which the masks are shown.
@@ -39,8 +39,6 @@ pub struct Frame {
     pub transport_s: f64,
     /// Whether the transport runs.
     pub playing: bool,
-    /// The tier that is played.
-    pub tier: Tier,
     /// Whether the dry sound passes because there is no scene.
     pub dry: bool,
     /// Whether the host renders offline.
@@ -74,7 +72,6 @@ impl Default for Frame {
             leads: false,
             transport_s: 0.0,
             playing: false,
-            tier: Tier::Standard,
             dry: false,
             offline: false,
             masks_db: [[FLOOR_DB; MASK_POINTS]; 2],
@@ -124,7 +121,7 @@ impl Frame {
     /// # Real-time
     /// Audio thread; no allocation, lock or I/O.
     pub fn differs_from(&self, seen: &Self) -> bool {
-        let states = |f: &Self| (f.base, f.tracked, f.leads, f.playing, f.tier, f.dry, f.offline, f.sounding, f.cancels);
+        let states = |f: &Self| (f.base, f.tracked, f.leads, f.playing, f.dry, f.offline, f.sounding, f.cancels);
         let near = |a: f32, b: f32, step: f32| (a - b).abs() < step;
         let moved = (self.pose.position - seen.pose.position).length() >= SEEN_M;
         // The chord between two unit quaternions of the same sign is half the angle.
@@ -264,7 +261,7 @@ mod tests {
     use super::*;
     use crate::library::factory;
     use promenade_core::glam::Vec3;
-    use promenade_core::{Quality, Scene};
+    use promenade_core::{RenderParams, Scene};
 
     #[test]
     fn the_newest_frame_is_fetched_once_with_the_peaks_of_those_before() {
@@ -300,7 +297,6 @@ mod tests {
         assert!(Frame { output_peak: [0.0, 0.1], ..Frame::default() }.is_loud());
         assert!(like(&|f| f.load = 0.003) && !like(&|f| f.load = 0.01));
         assert!(!like(&|f| f.masks_db[1][7] += 0.1));
-        assert!(!like(&|f| f.tier = Tier::High));
     }
 
     #[test]
@@ -320,7 +316,7 @@ mod tests {
         let mut renderer = Renderer::new(scene, 48_000.0).unwrap();
         let pose = Pose::from_ypr(Vec3::ZERO, 1.0, 0.0, 0.0);
         let (mut left, mut right) = ([0.0; 512], [0.0; 512]);
-        renderer.process(&[[0.1; 512][..].into()], [&mut left, &mut right], Quality::default(), &mut |_| pose);
+        renderer.process(&[[0.1; 512][..].into()], [&mut left, &mut right], RenderParams::default(), &mut |_| pose);
         let mut frame = Frame::default();
         frame.show(&renderer);
         assert!(frame.ild_db > 2.0, "{}", frame.ild_db);

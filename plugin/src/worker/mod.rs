@@ -43,9 +43,9 @@ pub static LISTER: Worker = Worker::new("promenade-lister");
 
 /// Finds the response of what is heard for an editor.
 pub static RESPONDER: Worker = Worker::detached("promenade-response");
-/// Measures the tiers of a scene for an editor; apart from the responder, because it takes longer.
+/// Finds a room's reverberation for an editor; apart from the responder, because it takes longer.
 pub static JUDGE: Worker = Worker::detached("promenade-judge");
-/// Finds the front of a scene; detached, because it takes seconds to minutes.
+/// Finds what less of a scene costs; apart from the loader, so that no scene waits for it.
 pub static SEARCHER: Worker = Worker::detached("promenade-front");
 /// Measures a scene over its plan for an editor.
 pub static MAPPER: Worker = Worker::detached("promenade-map");

@@ -170,19 +170,27 @@ fn closing_writes_nothing_into_the_log<H: Host>() {
     assert!(log.as_ref().is_none_or(|log| !log.contains("WARN")), "{log:?}");
 }
 
-/// Hosts of every scale that are busy or slow: each window is drawn to its corners, and its panels are as wide as in others.
+/// Hosts of every scale that are busy or slow: each window of each plugin is drawn to its corners, and its panels are as wide as
+/// in others.
 /// `PROMENADE_EDITOR_OPENINGS` is how often it is opened.
 fn openings_at_mixed_scales_are_neither_blank_nor_cut<H: Host>() {
     let (width, height) = (720_u32, 480_u32);
     let screen = Screen::new(1500, 1000);
-    let state = H::open(Setup::default()).state();
-    let small = edit_state(&state, "editor", &json!({ "width": f64::from(width), "height": f64::from(height) }));
+    // Where no tooltip comes.
+    screen.point(1490, 990);
     let mut random = Noise::new(53);
     let mut draw = move |most: f32| (0.5 + 0.5 * random.value()) * most;
-    let mut host = H::open(Setup::default());
-    assert!(host.load(&small));
+    let many = |further| H::open_many(Setup { inputs: 1, further, ..Setup::default() });
+    let mut hosts = [H::open(Setup::default()), many(15), many(63)];
+    for host in &mut hosts {
+        // A panel that ends below its last line.
+        let small = json!({ "width": f64::from(width), "height": f64::from(height), "tab": "Direct sound" });
+        let small = edit_state(&host.state(), "editor", &small);
+        assert!(host.load(&small));
+    }
     let mut ends: Vec<f64> = Vec::new();
     for opening in 0..openings() {
+        let host = &mut hosts[opening % 3];
         let scale = [1.0, 1.25, 1.5, 2.0][draw(3.99) as usize];
         // A size is asked for at a scale: the other way it is that of the opening before.
         let mut steps = [EditorStep::Scale, EditorStep::Size, EditorStep::Parent];
@@ -193,7 +201,7 @@ fn openings_at_mixed_scales_are_neither_blank_nor_cut<H: Host>() {
         }
         let mut pause = || std::thread::sleep(Duration::from_secs_f32(draw(0.2)));
         let how = Opening { window: screen.window(), scale, steps: &steps, pause: &mut pause };
-        let size = editor(&mut host).open_by(how).expect("the editor opens");
+        let size = editor(host).open_by(how).expect("the editor opens");
         let how = format!("opening {opening} at scale {scale}, {steps:?}");
         let wanted = [width, height].map(|points| (f64::from(points) * scale).round() as u32);
         assert_eq!([size.width, size.height], wanted, "{how}");
@@ -221,7 +229,7 @@ fn openings_at_mixed_scales_are_neither_blank_nor_cut<H: Host>() {
         }
         assert!(seen, "{how}: {} colours, panels end at {:?} and at {ends:?}", picture.colours(COLOURS), is_drawn(&picture));
         ends.extend(is_drawn(&picture));
-        editor(&mut host).close().expect("the editor closes");
+        editor(host).close().expect("the editor closes");
     }
     println!("{} openings, none blank and none cut", ends.len());
 }

@@ -22,22 +22,22 @@ mod needs_screen {
         in_library(fill, |home| {
             let walk: Value = serde_json::from_slice(&std::fs::read(scenes.join("../paths/walk.json")).unwrap()).unwrap();
             let kept = json!({ "keyframes": walk, "speed": 1.0, "looping": true, "slot": 0 });
-            for (name, tier, settings) in [
-                ("top-dark", 2.0 / 3.0, json!({ "view": "top", "tab": "Direct sound" })),
-                ("top-light", 1.0 / 3.0, json!({ "view": "top", "tab": "Direct sound" })),
-                ("orbit-dark", 2.0 / 3.0, json!({ "view": "orbit", "tab": "Direct sound" })),
-                ("orbit-light", 2.0 / 3.0, json!({ "view": "orbit", "tab": "Path" })),
-                ("top-simulated", 1.0 / 3.0, json!({ "tab": "Response" })),
-                ("map", 1.0 / 3.0, json!({ "tab": "Response", "map": "level" })),
-                ("map-light", 1.0 / 3.0, json!({ "tab": "Response", "map": "c50" })),
-                ("panel-response", 1.0 / 3.0, json!({ "tab": "Response" })),
-                ("panel-sound", 1.0 / 3.0, json!({ "tab": "Sound" })),
-                ("panel-path", 1.0 / 3.0, json!({ "tab": "Path" })),
-                ("panel-osc", 1.0 / 3.0, json!({ "tab": "OSC and group" })),
-                ("panel-quality", 1.0 / 3.0, json!({ "tab": "Quality" })),
-                ("smallest", 1.0 / 3.0, json!({ "width": 720.0, "height": 480.0 })),
-                ("smallest-response", 1.0 / 3.0, json!({ "width": 720.0, "height": 480.0, "tab": "Response" })),
-                ("larger-response", 1.0 / 3.0, json!({ "width": 900.0, "height": 590.0, "tab": "Response" })),
+            for (name, boxed, settings) in [
+                ("top-dark", true, json!({ "view": "top", "tab": "Direct sound" })),
+                ("top-light", false, json!({ "view": "top", "tab": "Direct sound" })),
+                ("orbit-dark", true, json!({ "view": "orbit", "tab": "Direct sound" })),
+                ("orbit-light", true, json!({ "view": "orbit", "tab": "Path" })),
+                ("top-simulated", false, json!({ "tab": "Response" })),
+                ("map", false, json!({ "tab": "Response", "map": "level" })),
+                ("map-light", false, json!({ "tab": "Response", "map": "c50" })),
+                ("panel-response", false, json!({ "tab": "Response" })),
+                ("panel-sound", false, json!({ "tab": "Sound" })),
+                ("panel-path", false, json!({ "tab": "Path" })),
+                ("panel-osc", false, json!({ "tab": "OSC and group" })),
+                ("panel-quality", false, json!({ "tab": "Quality" })),
+                ("smallest", false, json!({ "width": 720.0, "height": 480.0 })),
+                ("smallest-response", false, json!({ "width": 720.0, "height": 480.0, "tab": "Response" })),
+                ("larger-response", false, json!({ "width": 900.0, "height": 590.0, "tab": "Response" })),
             ] {
                 let theme = if name.ends_with("light") { "light" } else { "dark" };
                 prefer(home, theme, if name.starts_with("larger") { 1.5 } else { 1.0 });
@@ -47,12 +47,11 @@ mod needs_screen {
                 assert!(host.load(&edit_state(&state, "walk", &kept)));
                 let (scene, slot) = match name {
                     "top-simulated" | "map" | "map-light" => (1.0, 2.0 / 64.0),
-                    _ if tier > 0.5 => (1.0, 1.0 / 64.0),
+                    _ if boxed => (1.0, 1.0 / 64.0),
                     _ => (0.5, 0.0),
                 };
                 host.set("scene", scene);
                 host.set("slot", slot);
-                host.set("tier", tier);
                 host.set("yaw", 0.57);
                 open(&mut host, &screen, 1.0);
                 let mut picture = drawn(&mut host, &screen);

@@ -42,11 +42,6 @@ impl CarrierSet {
         self.spectra.len() / (self.hops * self.blocks).max(1)
     }
 
-    /// Blocks of each hop.
-    pub(crate) fn blocks(&self) -> usize {
-        self.blocks
-    }
-
     /// One hop of a response, block by block.
     pub(crate) fn hop(&self, response: u32, hop: usize) -> &[EarBlocks] {
         let start = (response as usize * self.hops + hop) * self.blocks;

@@ -19,7 +19,7 @@ use crate::render::head::bus::{AmbisonicBus, Bus};
 use crate::render::late::decay_curve::DecayCurve;
 use crate::render::part::{Heard, Hop, PORTIONS, Part};
 use crate::scene::{ImageSources, Lifted, MOST_ROUND, Round, barrier_db, lit_gain};
-use crate::{Corners, DiffractionEdge, Pose, Scene, StftGrid, Tier, Trim};
+use crate::{Corners, DiffractionEdge, Pose, Scene, StftGrid, Trim};
 use delay_line::DelayLine;
 use glam::Vec3;
 use level::Levels;
@@ -32,8 +32,6 @@ use wall::{WallFilters, Weights};
 
 /// The shortest delay that can be interpolated, samples.
 const SHORTEST: f64 = (AFTER + 2) as f64;
-/// Images that are played in tier Draft.
-const DRAFT_IMAGES: usize = 8;
 /// Images whose walls and air are brought to the pose at a hop: air changes them slowly.
 const REFRESHED: usize = 2;
 
@@ -122,14 +120,14 @@ pub(crate) struct ImageVoices {
     seen: Vec<f32>,
     /// Gain of all, below 1 where measured responses still have their reflections.
     level: f32,
-    /// The pose and the number of images that were played last, and whether in tier Draft.
-    played: Option<(Pose, usize, bool)>,
+    /// The pose that was played last.
+    played: Option<Pose>,
     levels: Levels,
     /// Blocks since there was input.
     quiet_blocks: usize,
     longest_blocks: usize,
     /// The hop that is played.
-    hop: (Pose, Pose, Trim, Tier),
+    hop: (Pose, Pose, Trim),
     /// Where the listener goes to in the block that is played, whether anything moves, and whether nothing was heard before.
     aimed: Option<(Pose, bool, bool)>,
     /// Where images were before that, and the next one to be refreshed: what was played ahead may be forgotten.
@@ -179,7 +177,7 @@ impl ImageVoices {
             levels: Levels::new(scene, curve, grid),
             quiet_blocks: usize::MAX / 2,
             longest_blocks,
-            hop: (Pose::IDENTITY, Pose::IDENTITY, Trim::NEUTRAL, Tier::Standard),
+            hop: (Pose::IDENTITY, Pose::IDENTITY, Trim::NEUTRAL),
             aimed: None,
             before: vec![Moment::default(); count],
             refreshed_before: 0,
@@ -208,12 +206,10 @@ impl ImageVoices {
 
     /// Goes to `pose` in the next block.
     fn aim(&mut self, pose: &Pose) {
-        let (.., trim, tier) = self.hop;
-        let (trim, draft) = (&trim, tier == Tier::Draft);
+        let (.., trim) = self.hop;
         let scene = Arc::clone(&self.scene);
         let Some(images) = scene.images() else { return };
-        let heard = if draft { DRAFT_IMAGES.min(self.now.len()) } else { self.now.len() };
-        let moves = self.levels.set(trim) || self.played != Some((*pose, heard, draft));
+        let moves = self.levels.set(&trim) || self.played != Some(*pose);
         let fresh = self.played.is_none();
         if moves {
             images.seen_at(pose.position, scene.corners(), &mut self.seen);
@@ -221,10 +217,9 @@ impl ImageVoices {
                 let own = images.images.iter().zip(&mut self.seen).filter(|(image, _)| image.position == self.emitter);
                 own.for_each(|(_, seen)| *seen = corners.direct_at(pose.position));
             }
-            // In tier Draft no response has any.
-            let lifted = scene.measured().and_then(|measured| measured.lifted.as_ref()).filter(|_| !draft);
+            let lifted = scene.measured().and_then(|measured| measured.lifted.as_ref());
             self.level = lifted.map_or(1.0, |lifted| Lifted::images_gain(lifted.away(pose.position)));
-            self.played = Some((*pose, heard, draft));
+            self.played = Some(*pose);
             self.stale = self.weights.len();
             self.shade(pose);
         }
@@ -242,9 +237,8 @@ impl ImageVoices {
         let scene = Arc::clone(&self.scene);
         let (Some(images), Some((pose, moves, fresh))) = (scene.images(), &self.aimed) else { return };
         let (pose, moves, fresh, count) = (&pose.clone(), *moves, *fresh, self.now.len());
-        let (.., trim, tier) = self.hop;
-        let (trim, draft, sounds) = (&trim, tier == Tier::Draft, self.sounds());
-        let heard = if draft { DRAFT_IMAGES.min(count) } else { count };
+        let (.., trim) = self.hop;
+        let (trim, sounds) = (&trim, self.sounds());
         let mut bus = if sounds { Some(bus.open()) } else { None };
         let direct = f64::from(pose.position.distance(self.emitter));
         let outlook = images.outlook(pose, self.emitter);
@@ -255,12 +249,11 @@ impl ImageVoices {
             if moves {
                 let way = outlook.pose.to_head(images.place(i, &outlook));
                 let distance = way.length();
-                let seen = if i < heard { self.seen[i] } else { 0.0 };
                 let after = (f64::from(distance) - direct) * self.per_m;
                 // In Ambisonics the emitter itself is among them.
                 let level = if image.position == self.emitter { trim.direct } else { self.level * self.levels.gain(after) };
                 let sent = images.sent(i, pose).map_or(1.0, |sent| sent[KILOHERTZ].exp());
-                to.gain = seen / distance.max(NEAREST_M) * level * sent;
+                to.gain = self.seen[i] / distance.max(NEAREST_M) * level * sent;
                 let delay = self.base + after;
                 to.delay = delay.clamp(SHORTEST, self.longest);
                 if to.gain > 0.0 {
@@ -386,7 +379,7 @@ impl ImageVoices {
 
 impl Part for ImageVoices {
     fn begin(&mut self, hop: &Hop<'_>) {
-        self.hop = (hop.from, hop.to, hop.trim, hop.tier);
+        self.hop = (hop.from, hop.to, hop.trim);
     }
 
     fn prepare(&mut self, portion: usize, heard: &mut Heard<'_>) {

@@ -1,4 +1,4 @@
-//! A live decoder baked down to a table that plays in the tiers Draft and Standard.
+//! A live decoder baked down to a table.
 //!
 //! Nodes lie where masks change: along each axis the interval with the largest error of interpolation for its cost is halved
 //! until the wanted error or the size is reached. Levels over frequency are kept as few coefficients of common shapes.
@@ -128,7 +128,7 @@ impl Decoders<'_> {
     }
 }
 
-/// Bakes a table of a scene's anchor cloud, which plays in the tiers Draft and Standard, into the scene; its provenance notes
+/// Bakes a table of a scene's anchor cloud, into the scene in its place; its provenance notes
 /// the table's size and errors. `progress` is given the share that is done, 0 to 1.
 ///
 /// # Errors

@@ -38,8 +38,8 @@ pub enum Poses {
 /// How a scene is evaluated.
 #[derive(Clone, Debug, Default)]
 pub struct EvaluateOptions {
-    /// How the scene is played; where it is not given, as a stream in the tier standard or the cheapest that the scene has.
-    pub playing: Option<Playing>,
+    /// How the scene is played.
+    pub playing: Playing,
     /// Where the listener is while a clip is rendered.
     pub poses: Poses,
     /// Scale the scene by the one gain that gives the training clips their energy: for a scene whose level is not the
@@ -111,7 +111,7 @@ pub struct ClipPair<'a> {
 /// Every clip is rendered by [`Player`] with at least a second of the dry sound before it, where the track has it.
 ///
 /// # Errors
-/// A capture without test clips, a tier that the scene does not have, or a rate that cannot be rendered.
+/// A capture without test clips, a scene without clips where they are wanted, or a rate that cannot be rendered.
 pub fn evaluate(scene: &Arc<Scene>, capture: &Capture, options: &EvaluateOptions) -> Result<Evaluation, BakeError> {
     evaluate_each(scene, capture, options, &mut |_| Ok(()))
 }
@@ -258,7 +258,7 @@ fn heard(
     poses: Poses,
     dry: impl Fn(usize) -> Vec<f32>,
 ) -> Result<Ears, BakeError> {
-    if player.playing() == Playing::Clip {
+    if player.playing() == Playing::Clips {
         let ears = player.render_clip(&dry(0), &clip.pose);
         let expected = "one that the published model plays";
         return ears.map_err(|e| BakeError::argument("clip", expected, format!("'{}': {e}", clip.name)));

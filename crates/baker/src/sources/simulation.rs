@@ -29,8 +29,6 @@ pub use promenade_core::network::SPEED_OF_SOUND_M_S;
 
 pub(crate) use low::{Bass, Pilot};
 
-/// Shares of the energy that a wall absorbs, by octave.
-pub type Absorption = promenade_acoustics::Octaves;
 /// Longest response, seconds.
 pub const MAX_LENGTH_S: f32 = 10.0;
 /// Least distance of a head from the emitter, metres.

@@ -10,7 +10,7 @@ use std::path::PathBuf;
 pub(crate) enum BakeSource {
     /// From binaural room responses: a folder with a responses.json, a manifest (.json) or a SOFA file
     Responses(BakeResponsesArgs),
-    /// From a scene's own anchor cloud: a table that plays in the tiers draft and standard
+    /// From a scene's own anchor cloud: a table in its place
     Field(BakeFieldArgs),
     /// From a scene: one that keeps less of what it holds and costs less
     Less(BakeLessArgs),

@@ -2,9 +2,7 @@
 
 use super::capture::HoldOutArgs;
 use super::figures::FigureFiles;
-use super::values::parse_tier;
 use clap::{Args, ValueEnum};
-use promenade_player::Playing;
 use std::path::PathBuf;
 
 #[derive(Clone, Copy, Debug, PartialEq, ValueEnum)]
@@ -20,10 +18,9 @@ pub(crate) struct EvalArgs {
     /// Scene files, each followed by the captures to judge it on: folders, or manifests ending in .json
     #[arg(required = true, num_args = 2.., value_name = "SCENE CAPTURE")]
     pub(crate) subjects: Vec<PathBuf>,
-    /// Tier: draft, standard, high or reference, or clip for the published model clip by clip [default: standard, or the
-    /// cheapest that the scene has]
-    #[arg(long, value_parser = parse_tier)]
-    pub(crate) tier: Option<Playing>,
+    /// Play a published model clip by clip, as it is trained, and not as a stream
+    #[arg(long)]
+    pub(crate) clips: bool,
     /// Where the listener is while a clip is rendered
     #[arg(long, value_enum, default_value_t = PosesArg::Fixed)]
     pub(crate) poses: PosesArg,

@@ -42,7 +42,7 @@ pub(super) const EXAMPLES: [(&str, [&str; 2]); 36] = [
         "simulate box",
         [
             "simulate box --size 6,4,2.8 --emitter 3,2,1.5 --head head.sofa -o box.promenade",
-            "simulate box --size 6,4,2.8 --emitter 3,2,1.5 --absorption 0.3 --head head.sofa --poses 50 -o responses",
+            "simulate box --size 6,4,2.8 --emitter 3,2,1.5 --materials 0.3 --head head.sofa --poses 50 -o responses",
         ],
     ),
     ("simulate materials", ["simulate materials", "simulate materials > materials.txt"]),
@@ -56,7 +56,7 @@ pub(super) const EXAMPLES: [(&str, [&str; 2]); 36] = [
         ],
     ),
     ("inspect", ["inspect hall.promenade", "inspect hall.promenade --cost --json"]),
-    ("measure", ["measure hall.promenade --trade --plot hall.svg", "measure --response measured.wav --reference rendered.wav"]),
+    ("measure", ["measure hall.promenade --trade", "measure --response measured.wav --reference rendered.wav"]),
     (
         "map",
         [

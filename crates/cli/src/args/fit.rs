@@ -19,9 +19,8 @@ pub(crate) struct FitArgs {
     /// file, or a folder with measurements.json or laid out as R3VIVAL is
     #[arg(value_name = "[ROOM] MEASUREMENTS", required = true, num_args = 1..=2)]
     pub(crate) of: Vec<PathBuf>,
-    /// What to write: NAME.obj, with NAME.materials.json, NAME.report.md, NAME.report.json, NAME.report.svg and
-    /// NAME.report.plan.svg beside it; or NAME.promenade, a scene, with all of these beside it. A fit that was stopped goes on
-    /// from NAME.fit-state
+    /// What to write: NAME.obj, with NAME.materials.json, NAME.report.md, NAME.report.json and
+    /// NAME.report.decays.svg beside it; or NAME.promenade, a scene, with all of these beside it
     #[arg(short, long, value_name = "NAME.obj|NAME.promenade", required_unless_present_any = ["evaluate", "changed", "t20"])]
     pub(crate) output: Option<PathBuf>,
     /// What stays as it is stated: walls, places, source (which then sends the same everywhere)

@@ -43,6 +43,9 @@ pub(crate) struct HostArgs {
     /// Value of a parameter, by name or number, as the plugin writes it
     #[arg(long = "set", value_name = "NAME=VALUE", value_parser = parse_setting)]
     pub(crate) settings: Vec<(String, String)>,
+    /// Play what stays within this error of all of the scene, in just noticeable differences, as Promenade does live
+    #[arg(long, value_name = "JND", value_parser = ["0.25", "0.5", "1", "2"])]
+    pub(crate) within: Option<String>,
     /// Write the plugin's state as it is at the start
     #[arg(long, value_name = "FILE")]
     pub(crate) save_state: Option<PathBuf>,

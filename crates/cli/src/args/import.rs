@@ -29,8 +29,8 @@ pub(crate) struct ImportArgs {
     /// Taps that the time filter becomes, one a hop
     #[arg(long, default_value_t = 32, value_parser = clap::value_parser!(u32).range(0..=1000))]
     pub(crate) taps: u32,
-    /// Convolution layers in the tier reference: off, causal, or look-ahead, which adds 5 hops of latency to all tiers
-    #[arg(long, default_value = "look-ahead", value_parser = named(ConvMode::from_name, "off, causal or look-ahead"))]
+    /// Play the published head with its convolution layers: off, causal, or look-ahead, which adds 5 hops of latency
+    #[arg(long, default_value = "off", value_parser = named(ConvMode::from_name, "off, causal or look-ahead"))]
     pub(crate) conv: ConvMode,
     /// How the time filter becomes taps: diagonal, or row=N for one output frame of the clip
     #[arg(long, default_value = "diagonal", value_parser = parse_projection)]

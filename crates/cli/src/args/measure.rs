@@ -31,9 +31,6 @@ pub(crate) struct MeasureArgs {
     /// What less of the scene costs and how far it is off: fewer taps and images, a lower order, slower refreshing
     #[arg(long, conflicts_with_all = ["response", "seconds"])]
     pub(crate) trade: bool,
-    /// Also a plot of it, SVG or PNG by the name
-    #[arg(long, value_name = "FILE", requires = "trade")]
-    pub(crate) plot: Option<PathBuf>,
     /// Recommend the cheapest setting with at most this error, in differences that are just noticed
     #[arg(long, value_name = "JND", default_value_t = 1.0, requires = "trade", value_parser = within(0.0_f32, 1000.0))]
     pub(crate) within: f32,

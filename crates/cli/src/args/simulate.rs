@@ -3,10 +3,10 @@
 use super::air::AirArgs;
 use super::capture::ClipArgs;
 use super::mesh::{SCALE, UP};
-use super::values::{parse_absorption, parse_direction, parse_facing, parse_lengths, parse_part, parse_point, within};
+use super::values::{parse_direction, parse_facing, parse_lengths, parse_part, parse_point, within};
 use clap::{Args, Subcommand};
 use promenade_acoustics::{Material, Materials};
-use promenade_baker::simulation::{Absorption, MAX_LENGTH_S, Part};
+use promenade_baker::simulation::{MAX_LENGTH_S, Part};
 use promenade_core::glam::Vec3;
 use std::path::PathBuf;
 
@@ -188,14 +188,11 @@ pub(crate) struct SimulateBoxArgs {
     /// Where the sound comes from, metres
     #[arg(long, value_name = "X,Y,Z", value_parser = parse_point)]
     pub(crate) emitter: Vec3,
-    /// Share of the energy that walls absorb: 1 number or 7 for the octaves from 125 Hz to 8 kHz, of all walls or of six parted
-    /// by semicolons: x = 0, x = X, y = 0, y = Y, floor, ceiling
-    #[arg(long, value_name = "A", default_value = "0.2", value_parser = parse_absorption)]
-    pub(crate) absorption: [Absorption; 6],
-    /// Materials of the walls in place of --absorption, ABSORPTION[:SCATTERING] each, names of `simulate materials` or numbers:
-    /// of all walls or of six parted by semicolons
-    #[arg(long, value_name = "M", conflicts_with = "absorption", value_parser = parse_walls)]
-    pub(crate) materials: Option<[Material; 6]>,
+    /// Materials of the walls, ABSORPTION[:SCATTERING] each, names of `simulate materials` or numbers, 1 or with slashes between
+    /// 7 for the octaves from 125 Hz to 8 kHz: of all walls or of six parted by semicolons: x = 0, x = X, y = 0, y = Y, floor,
+    /// ceiling
+    #[arg(long, value_name = "M", default_value = "0.2", value_parser = parse_walls)]
+    pub(crate) materials: [Material; 6],
     #[command(flatten)]
     pub(crate) run: RunArgs,
     #[command(flatten)]

@@ -1,7 +1,6 @@
 //! Arguments of `promenade study`.
 
 use super::figures::FigureFiles;
-use super::values::within;
 use clap::{Args, Subcommand};
 use std::net::SocketAddr;
 use std::path::PathBuf;
@@ -57,9 +56,6 @@ pub(crate) struct StudyReportArgs {
     /// Files of answers, or of preference tables, CSV
     #[arg(required = true, value_name = "ANSWERS")]
     pub(crate) answers: Vec<PathBuf>,
-    /// Chance at which a difference is called significant
-    #[arg(long, value_name = "P", default_value_t = 0.05, value_parser = within(0.0001, 0.5))]
-    pub(crate) level: f64,
     /// Keep persons who failed the headphone check
     #[arg(long)]
     pub(crate) keep_failed: bool,

@@ -1,13 +1,13 @@
 //! Values on the command line: what they must look like, in words.
 
 use promenade_baker::reconstruction::Landmark;
-use promenade_baker::simulation::{Absorption, Part};
+use promenade_baker::simulation::Part;
 use promenade_core::glam::Vec3;
 use promenade_core::published::Projection;
 use promenade_paths::Origin;
 use promenade_player::command::values;
 
-pub(super) use values::{point as parse_point, pose as parse_pose, tier as parse_tier};
+pub(super) use values::{point as parse_point, pose as parse_pose};
 
 pub(super) fn parse_bounds(text: &str) -> Result<(Vec3, Vec3), String> {
     let [a, b, c, d, e, f] = values::numbers(text, "x,y,z of the lower and of the upper corner")?;
@@ -107,22 +107,6 @@ pub(super) fn parse_landmark(text: &str) -> Landmark {
     parse_point(text).map_or_else(|_| Landmark::Camera(text.to_owned()), Landmark::Point)
 }
 
-/// Absorption of six walls in seven octaves.
-pub(super) fn parse_absorption(text: &str) -> Result<[Absorption; 6], String> {
-    let wrong = || "expected 1 or 7 numbers from 0 to 1, for all walls or for six parted by semicolons".to_owned();
-    let wall = |text: &str| -> Result<Absorption, String> {
-        let numbers: Result<Vec<f32>, _> = text.split(',').map(|n| values::within(n.trim(), 0.0, 1.0)).collect();
-        match numbers.map_err(|_| wrong())?[..] {
-            [one] => Ok([one; 7]),
-            ref octaves => octaves.try_into().map_err(|_| wrong()),
-        }
-    };
-    match text.split(';').map(wall).collect::<Result<Vec<_>, _>>()?[..] {
-        [all] => Ok([all; 6]),
-        ref walls => walls.try_into().map_err(|_| wrong()),
-    }
-}
-
 /// Metres and radians of metres and degrees.
 pub(super) fn parse_tolerance(text: &str) -> Result<(f32, f32), String> {
     let [metres, degrees] = values::numbers::<f32, 2>(text, "metres,degrees")?;
@@ -135,18 +119,6 @@ pub(super) fn parse_tolerance(text: &str) -> Result<(f32, f32), String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn walls_absorb_alike_or_each_for_itself() {
-        assert_eq!(parse_absorption("0.3").unwrap(), [[0.3; 7]; 6]);
-        let octaves = [0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7];
-        assert_eq!(parse_absorption("0.1, 0.2,0.3,0.4,0.5,0.6,0.7").unwrap(), [octaves; 6]);
-        let walls = parse_absorption("0;0.1;0.1,0.2,0.3,0.4,0.5,0.6,0.7;0.3;0.4;1").unwrap();
-        assert_eq!((walls[0], walls[2], walls[5]), ([0.0; 7], octaves, [1.0; 7]));
-        for wrong in ["", "1.1", "0.1,0.2", "0.1;0.2", "nan", "0.1;0.2;0.3;0.4;0.5;0.6;0.7"] {
-            assert!(parse_absorption(wrong).unwrap_err().contains("expected 1 or 7 numbers"), "{wrong}");
-        }
-    }
 
     #[test]
     fn tolerances_are_in_degrees() {

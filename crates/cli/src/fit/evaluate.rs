@@ -32,7 +32,7 @@ pub(super) fn held_out(fitter: &Fitter<'_>, room: Option<&Stated>, set: &Measure
             let train = set.only(&split.train);
             let room = &stated.room(&train)?;
             let each = &mut |share| bar.at((i as f64 + share) / DRAWS as f64);
-            let (whole, patches) = fitter.full(room, &train, None, &|_| Ok(()), each)?;
+            let (whole, patches) = fitter.full(room, &train, each)?;
             rows.push(row("full fit", &whole));
             rows.extend(patches.map(|patches| row("full fit in voxels", &patches)));
         }

@@ -5,9 +5,7 @@ use crate::args::FitArgs;
 use crate::report;
 use anyhow::{Result, bail};
 use promenade_audio::atomic;
-use promenade_fit::{
-    FlatRoom, FullFit, MaterialsBeside, Measurements, PictureNames, Prediction, absorption_svg, decays_svg, plan_svg,
-};
+use promenade_fit::{FullFit, MaterialsBeside, Measurements, Prediction, decays_svg};
 use std::path::{Path, PathBuf};
 
 pub(super) fn check_ending(output: &Path) -> Result<()> {
@@ -17,20 +15,16 @@ pub(super) fn check_ending(output: &Path) -> Result<()> {
     Ok(())
 }
 
-/// The mesh, its materials, the report with its pictures, and the scene if one is asked for.
-pub(super) fn all(args: &FitArgs, output: &Path, stated: &FlatRoom, fit: &FullFit, set: &Measurements) -> Result<()> {
+/// The mesh, its materials, the report with its picture, and the scene if one is asked for.
+pub(super) fn all(args: &FitArgs, output: &Path, fit: &FullFit, set: &Measurements) -> Result<()> {
     let made = format!("fit of {} to {} responses, promenade {}", set.title, set.all.len(), env!("CARGO_PKG_VERSION"));
     let beside = MaterialsBeside::of(fit, set, &made)?;
-    let [absorption, plan, decays] = ["svg", "plan.svg", "decays.svg"].map(|e| output.with_extension(format!("report.{e}")));
-    let [of_absorption, of_plan, of_decays] = [&absorption, &plan, &decays].map(|path| report::file_name(path));
-    let names = PictureNames { absorption: &of_absorption, plan: &of_plan, decays: &of_decays };
+    let decays = output.with_extension("report.decays.svg");
     let mut files: Vec<(PathBuf, String)> = vec![
         (output.with_extension("obj"), fit.obj()?),
         (output.with_extension("materials.json"), serde_json::to_string_pretty(&beside)? + "\n"),
-        (output.with_extension("report.md"), fit.markdown(set, &names)),
+        (output.with_extension("report.md"), fit.markdown(set, &report::file_name(&decays))),
         (output.with_extension("report.json"), serde_json::to_string_pretty(&fit.json(set))? + "\n"),
-        (absorption, absorption_svg(&fit.curves())),
-        (plan, plan_svg(stated, fit, set)?),
     ];
     if let Some(prediction) = Prediction::new(fit, set) {
         files.push((decays, decays_svg(&prediction, set)));

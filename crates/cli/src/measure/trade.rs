@@ -2,11 +2,10 @@
 
 use super::{HOST_BLOCK, HOST_RATE_HZ};
 use crate::args::MeasureArgs;
-use crate::{plot, report};
-use anyhow::{Context, Result, bail};
-use promenade_baker::atomic;
+use crate::report;
+use anyhow::{Context, Result};
 use promenade_baker::cost::real_times;
-use promenade_baker::trade::{elsewhere, errors_to_measurements, front, largest, usual, within};
+use promenade_baker::trade::{elsewhere, errors_to_measurements, front, largest};
 use promenade_core::{Audible, FrontPoint, Scene, Setting};
 use serde_json::{Value, json};
 use std::path::Path;
@@ -24,32 +23,15 @@ struct Row {
 
 pub(super) fn run(of: &Arc<Scene>, path: &Path, args: &MeasureArgs) -> Result<()> {
     let points = front(of, args.within, &|| true).with_context(|| path.display().to_string())?;
-    let chosen = within(&points, args.within).copied();
+    let chosen = FrontPoint::within(&points, args.within).copied();
     let rows = rows(of, &points, args)?;
-    if let Some(file) = &args.plot {
-        let title = if of.title().is_empty() { report::file_name(path) } else { of.title().to_owned() };
-        let named: Vec<String> = points.iter().map(|point| words(point.setting, of)).collect();
-        let shown: Vec<plot::Point> = points
-            .iter()
-            .zip(&named)
-            .map(|(p, name)| plot::Point { name, x: 100.0 * f64::from(p.cost), y: p.error.jnds.into(), stands_out: true })
-            .collect();
-        let axes = ["operations, % of all of the scene", "error, JND"];
-        let bytes = match file.extension().and_then(|e| e.to_str()) {
-            Some("svg") => plot::points_svg(&title, axes, &shown)?.into_bytes(),
-            Some("png") => plot::points_png(&title, axes, &shown)?,
-            _ => bail!("{}: expected a name that ends with .svg or .png", file.display()),
-        };
-        atomic::write(file, &bytes)?;
-    }
-    let text = |markdown| table(&rows, of, markdown) + "\n" + &sentence(chosen.as_ref(), of, path, args) + "\n";
-    report::tables(&args.json, &args.markdown, &as_json(&rows, of, chosen.as_ref(), path, args), text)
+    let text = |markdown| table(&rows, of, markdown) + "\n" + &sentence(chosen.as_ref(), of, args.within) + "\n";
+    report::tables(&args.json, &args.markdown, &as_json(&rows, of, chosen.as_ref(), args.within), text)
 }
 
 fn rows(of: &Arc<Scene>, points: &[FrontPoint], args: &MeasureArgs) -> Result<Vec<Row>> {
     let scenes: Vec<Arc<Scene>> = points.iter().filter_map(|p| of.with_setting(p.setting).map(Arc::new)).collect();
-    let played: Vec<_> = scenes.iter().map(|scene| (Arc::clone(scene), usual(scene))).collect();
-    let times = real_times(&played, HOST_RATE_HZ, HOST_BLOCK);
+    let times = real_times(&scenes, HOST_RATE_HZ, HOST_BLOCK);
     let settings: Vec<Setting> = points.iter().map(|p| p.setting).collect();
     let elsewhere = args.poses.map(|count| elsewhere(of, &settings, count as usize)).transpose()?.unwrap_or_default();
     let some = |errors: &[Audible]| (!errors.is_empty()).then(|| largest(errors));
@@ -59,7 +41,7 @@ fn rows(of: &Arc<Scene>, points: &[FrontPoint], args: &MeasureArgs) -> Result<Ve
             point: *point,
             real_time: real_time.unwrap_or(f64::NAN),
             memory_bytes: scene.memory_bytes(),
-            to_measured: some(&errors_to_measurements(scene, usual(scene))?),
+            to_measured: some(&errors_to_measurements(scene)?),
             elsewhere: elsewhere.get(n).and_then(|errors| some(errors)),
         })
     });
@@ -76,34 +58,22 @@ pub(crate) fn words(setting: Setting, of: &Scene) -> String {
     less(its.order < all.order, format!("order {}", its.order));
     less(its.refresh > all.refresh, format!("refreshed {} times as slowly", its.refresh));
     less(its.waves != all.waves, "no waves".to_owned());
-    less(its.decodes < all.decodes, format!("{} decodes/s", its.decodes));
+    let decodes = if its.decodes == 0 { "a table".to_owned() } else { format!("{} decodes/s", its.decodes) };
+    less(its.decodes < all.decodes, decodes);
     if parts.is_empty() { "all".to_owned() } else { parts.join(", ") }
 }
 
-/// The command that plays the scene so.
-fn command(path: &Path, args: &MeasureArgs) -> String {
-    let file = quoted(&path.display().to_string());
-    format!("promenade render {file} IN.wav -o OUT.wav --within {}", args.within)
-}
-
-/// A name as a shell reads it.
-fn quoted(name: &str) -> String {
-    let plain = |c: char| c.is_ascii_alphanumeric() || "/._-+".contains(c);
-    if !name.is_empty() && name.chars().all(plain) { name.to_owned() } else { format!("'{}'", name.replace('\'', "'\\''")) }
-}
-
-fn sentence(chosen: Option<&FrontPoint>, of: &Scene, path: &Path, args: &MeasureArgs) -> String {
+/// What to choose, and what plays the scene so.
+fn sentence(chosen: Option<&FrontPoint>, of: &Scene, within: f32) -> String {
     match chosen {
         Some(p) => format!(
-            "Within {} JND: {} ({:.0} % of the operations, {:.2} JND by {}).\n\n  {}",
-            args.within,
+            "Within {within} JND: {} ({:.0} % of the operations, {:.2} JND by {}). `promenade render --within {within}` plays it.",
             words(p.setting, of),
             100.0 * p.cost,
             p.error.jnds,
-            p.error.measure.name(),
-            command(path, args)
+            p.error.measure.name()
         ),
-        None => format!("Within {} JND: none.", args.within),
+        None => format!("Within {within} JND: none."),
     }
 }
 
@@ -129,7 +99,7 @@ fn table(rows: &[Row], of: &Scene, markdown: bool) -> String {
     report::table(&lines, markdown)
 }
 
-fn as_json(rows: &[Row], of: &Scene, chosen: Option<&FrontPoint>, path: &Path, args: &MeasureArgs) -> Value {
+fn as_json(rows: &[Row], of: &Scene, chosen: Option<&FrontPoint>, within: f32) -> Value {
     let error = |error: &Audible| json!({ "jnd": error.jnds, "measure": error.measure.name() });
     let row = |row: &Row| {
         let Setting { taps, images, order, refresh, waves, decodes } = row.point.setting;
@@ -149,8 +119,7 @@ fn as_json(rows: &[Row], of: &Scene, chosen: Option<&FrontPoint>, path: &Path, a
     json!({
         "host": { "sample_rate_hz": HOST_RATE_HZ, "block": HOST_BLOCK },
         "front": rows.iter().map(row).collect::<Vec<_>>(),
-        "within": args.within,
+        "within": within,
         "chosen": chosen.map(|p| words(p.setting, of)),
-        "command": command(path, args),
     })
 }

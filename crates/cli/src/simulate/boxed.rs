@@ -4,7 +4,7 @@ use super::{Run, head_of, is_there, walk};
 use crate::args::SimulateBoxArgs;
 use crate::report;
 use anyhow::{Context, Result};
-use promenade_acoustics::{Air, Material, Shoebox};
+use promenade_acoustics::{Air, Shoebox};
 use promenade_baker::simulation::{Simulated, fit, random_poses, simulate_box};
 use promenade_core::Pose;
 use std::time::Instant;
@@ -50,8 +50,7 @@ pub(super) fn run(args: &SimulateBoxArgs) -> Result<()> {
 
 /// The box, with what is known of its walls.
 pub(super) fn walls(args: &SimulateBoxArgs) -> Shoebox {
-    let materials = args.materials.clone().unwrap_or_else(|| args.absorption.map(Material::absorbing));
-    Shoebox { size: args.size.as_dvec3().to_array(), materials }
+    Shoebox { size: args.size.as_dvec3().to_array(), materials: args.materials.clone() }
 }
 
 /// Says how long a box rings.

@@ -73,14 +73,7 @@ pub(super) fn write_box(args: &SimulateBoxArgs) -> Result<()> {
     let (_, hrtf) = head_of(run, rate, [None; 2])?;
     let walls = walls(args);
     let [x, y, z] = args.size.to_array();
-    let names: Vec<&str> = walls.materials.iter().map(|m| m.name.as_str()).collect();
-    let names = match &args.materials {
-        Some(_) => format!("--materials '{}'", names.join(";")),
-        None => {
-            let walls = args.absorption.iter().map(|wall| wall.map(|a| a.to_string()).join(","));
-            format!("--absorption '{}'", walls.collect::<Vec<_>>().join(";"))
-        }
-    };
+    let names = walls.materials.each_ref().map(|material| material.name.as_str()).join(";");
     let [ex, ey, ez] = args.emitter.to_array();
     let options = SceneOptions {
         images: PLAYED_IMAGES,
@@ -91,7 +84,7 @@ pub(super) fn write_box(args: &SimulateBoxArgs) -> Result<()> {
         seed: run.seed,
         title: args.title.clone().unwrap_or_else(|| format!("Room of {x} x {y} x {z} m")),
         recipe: format!(
-            "simulate box --size {x},{y},{z} --emitter {ex},{ey},{ez} {names} --rate {rate}{}",
+            "simulate box --size {x},{y},{z} --emitter {ex},{ey},{ez} --materials '{names}' --rate {rate}{}",
             of_run(run, args.air)
         ),
     };

@@ -6,15 +6,14 @@ use crate::report;
 use anyhow::{Result, bail};
 use promenade_baker::atomic;
 use promenade_study::{
-    Abx, Answer, Difference, Paired, PairedItem, Person, Ratings, Role, Trial, abx, abx_by_person, groups, paired, persons,
-    ratings, read,
+    Abx, Answer, Difference, LEVEL, Paired, PairedItem, Person, Ratings, Role, Trial, abx, abx_by_person, groups, paired,
+    persons, ratings, read,
 };
 use serde_json::{Value, json};
 use std::path::Path;
 
 /// Everything that answers say.
 struct Results {
-    level: f64,
     parts: Vec<Part>,
     persons: Vec<Person>,
     /// Persons who failed the headphone check, and whether they are kept.
@@ -59,7 +58,7 @@ pub(super) fn run(args: &StudyReportArgs) -> Result<()> {
         parts.push(Part::new(name, &[], list, args)?);
     }
     let ties = answers.list().iter().filter(|answer| matches!(answer.what, Trial::Tie { .. })).count();
-    let found = Results { level: args.level, parts, persons, failed, kept: args.keep_failed, said: answers.said(), ties };
+    let found = Results { parts, persons, failed, kept: args.keep_failed, said: answers.said(), ties };
     if found.parts.is_empty() && found.said.is_empty() && found.failed.is_empty() {
         bail!("{}: expected answers, found none", args.answers[0].display());
     }
@@ -82,15 +81,15 @@ impl Part {
         args: &StudyReportArgs,
     ) -> Result<Self> {
         let (ratings, left_out) = ratings(answers, args.keep_all);
-        let paired = paired(tables, answers, args.level)?;
+        let paired = paired(tables, answers)?;
         Ok(Self { name, paired, abx: abx(answers), by_person: abx_by_person(answers), ratings, left_out })
     }
 
-    fn text(&self, level: f64, table: &mut impl FnMut(&str, &[Vec<String>], &str)) {
+    fn text(&self, table: &mut impl FnMut(&str, &[Vec<String>], &str)) {
         let titled = |title: &str| if self.name.is_empty() { title.to_owned() } else { format!("{title}, {}", self.name) };
         if let Some(paired) = &self.paired {
             for item in paired.items.iter().chain(&paired.all) {
-                table(&titled(&format!("Votes: {}", item.name)), &votes(item), &remarks(item, level));
+                table(&titled(&format!("Votes: {}", item.name)), &votes(item), &remarks(item));
             }
             table(&titled("Agreement and consistency"), &agreement(paired), "");
         }
@@ -191,7 +190,7 @@ impl Results {
             let head = if markdown { format!("## {title}\n\n") } else { format!("{title}\n") };
             text += &format!("{head}{}{}{after}\n", report::table(rows, markdown), if markdown { "\n" } else { "" });
         };
-        self.parts.iter().for_each(|part| part.text(self.level, &mut table));
+        self.parts.iter().for_each(|part| part.text(&mut table));
         for (question, given) in &self.said {
             let mut rows = vec![row(["answer", "persons"])];
             rows.extend(given.iter().map(|(answer, count)| vec![answer.clone(), count.to_string()]));
@@ -257,7 +256,7 @@ impl Results {
             })
         };
         json!({
-            "level": self.level,
+            "level": LEVEL,
             "parts": self.parts.iter().map(Part::json).collect::<Vec<_>>(),
             "persons": self.persons.iter().map(person).collect::<Vec<_>>(),
             "failed_headphones": { "persons": self.failed, "kept": self.kept },
@@ -290,12 +289,12 @@ fn votes(item: &PairedItem) -> Vec<Vec<String>> {
     rows
 }
 
-fn remarks(item: &PairedItem, level: f64) -> String {
+fn remarks(item: &PairedItem) -> String {
     let least = &item.least;
     let by = least.chance.map_or("by the normal range".to_owned(), |p| format!("chance {p:.3}, exact"));
     let (bound, whole) = (least.bound, least.bound.floor());
     let mut text = format!(
-        "Least significant difference of votes at {level}: {} ({by}). R0 = {bound:.2}: differences up to R = {whole} can be \
+        "Least significant difference of votes at {LEVEL}: {} ({by}). R0 = {bound:.2}: differences up to R = {whole} can be \
          chance.\n",
         least.least
     );

@@ -2,8 +2,6 @@
 
 mod alike;
 mod full;
-mod saved;
 
 pub use alike::{Alike, octave_t20_s};
 pub use full::{Found, FullFit, FullOptions, SurfaceFit, VoxelFit, WallFound, full_fit};
-pub use saved::Saved;

@@ -3,11 +3,10 @@
 const DECAY: (f64, f64) = (0.9, 0.999);
 
 /// The state of a descent over some numbers.
-#[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Adam {
-    pub(crate) mean: Vec<f64>,
-    pub(crate) power: Vec<f64>,
-    pub(crate) steps: i32,
+    mean: Vec<f64>,
+    power: Vec<f64>,
+    steps: i32,
 }
 
 impl Adam {

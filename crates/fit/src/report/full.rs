@@ -1,6 +1,5 @@
 //! What a full fit says of itself.
 
-use super::absorption::Curve;
 use super::beside::beside_a_regression;
 use super::markdown::{begin, cell, markdown_table, row};
 use super::mesh::{full_mesh, patch_group, room_obj};
@@ -12,17 +11,6 @@ use crate::room::{FlatWall, Form, Patch};
 use promenade_acoustics::Octaves;
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
-
-/// Names of the files beside a report.
-#[derive(Clone, Copy, Debug)]
-pub struct PictureNames<'a> {
-    /// Absorption over frequency.
-    pub absorption: &'a str,
-    /// The plan that was found over the stated one.
-    pub plan: &'a str,
-    /// Decays by octave.
-    pub decays: &'a str,
-}
 
 /// Metres with an error, if there is one.
 fn signed(m: f64, error_m: f64) -> String {
@@ -43,13 +31,6 @@ impl FullFit {
             let patches = own.voxels.patches.iter().zip(&mut own.absorption).filter(of_surface);
             patches.for_each(|(_, absorption)| *absorption = stated);
         }
-    }
-
-    /// Absorption by surface over frequency.
-    #[must_use]
-    pub fn curves(&self) -> Vec<Curve> {
-        let points = |s: &SurfaceFit| self.bands.centres_hz.into_iter().zip(s.absorption).collect();
-        self.surfaces.iter().map(|s| Curve { name: s.name.clone(), points: points(s) }).collect()
     }
 
     /// What these data do not tell, in words.
@@ -89,9 +70,9 @@ impl FullFit {
         groups.collect()
     }
 
-    /// Estimates, what is left, and what is not determined, as Markdown.
+    /// Estimates, what is left, and what is not determined, as Markdown, with the name of the picture of decays beside it.
     #[must_use]
-    pub fn markdown(&self, set: &Measurements, pictures: &PictureNames<'_>) -> String {
+    pub fn markdown(&self, set: &Measurements, decays: &str) -> String {
         let form = match &self.room.form {
             Form::Box(walls) => {
                 let [x, y, z] = walls.size_m();
@@ -99,12 +80,7 @@ impl FullFit {
             }
             Form::Mesh(_) => format!("A room of {} flat walls", self.room.walls.len()),
         };
-        let shown = [
-            ("Absorption by surface", pictures.absorption),
-            ("The plan that was found over the stated one", pictures.plan),
-            ("Decays by octave", pictures.decays),
-        ];
-        let mut text = begin(set, &form, &shown);
+        let mut text = begin(set, &form, decays);
         if !self.missing_hz.is_empty() {
             let missing = &self.missing_hz;
             text += &format!("- **no reverberation is known, since no response decays by 25 dB there: {missing:?} Hz**\n");

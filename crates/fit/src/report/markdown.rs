@@ -26,17 +26,14 @@ pub(super) fn markdown_table(rows: &[Vec<String>]) -> String {
     text
 }
 
-/// The beginning of a report: title, what was fitted, pictures by what they show, and notes of the measurements.
-pub(super) fn begin(set: &Measurements, fitted: &str, pictures: &[(&str, &str)]) -> String {
+/// The beginning of a report: title, what was fitted, the picture of decays, and notes of the measurements.
+pub(super) fn begin(set: &Measurements, fitted: &str, decays: &str) -> String {
     let (count, rate) = (set.all.len(), set.sample_rate_hz);
     let mut text = format!(
         "# {}\n\n{fitted} fitted to {count} responses at {rate} Hz: walls, places, clocks, surfaces, scattering \
-         and source.\n\n",
+         and source.\n\n![Decays by octave]({decays})\n\n",
         set.title
     );
-    for (what, name) in pictures {
-        let _ = writeln!(text, "![{what}]({name})\n");
-    }
     for note in &set.notes {
         let _ = writeln!(text, "- {note}");
     }

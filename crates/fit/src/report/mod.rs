@@ -1,17 +1,12 @@
 //! What a fit says of itself: text, tables, pictures, and files that other commands read.
 
-mod absorption;
 mod beside;
 mod decays;
 mod full;
 mod markdown;
 mod mesh;
 mod panels;
-mod plan;
 
-pub use absorption::{Curve, absorption_svg};
 pub use decays::decays_svg;
-pub use full::PictureNames;
 pub use markdown::table;
 pub use mesh::{MaterialsBeside, SourceBeside, box_obj, full_mesh};
-pub use plan::plan_svg;

@@ -1,6 +1,6 @@
 //! What is rendered, and how: the options of a command line.
 
-use super::values::{bits, latency, point, pose, tier, within};
+use super::values::{bits, latency, point, pose, within};
 use crate::{Mix, Playing};
 use lexopt::{Arg, Parser};
 use promenade_audio::wav::Format;
@@ -34,7 +34,7 @@ pub(super) struct Options {
     pub(super) emitter: Option<Vec3>,
     /// Further sounds with their places and gains.
     pub(super) sources: Vec<(Place, f32, PathBuf)>,
-    pub(super) tier: Option<Playing>,
+    pub(super) playing: Playing,
     pub(super) decode_rate_hz: Option<f32>,
     /// Differences that are just noticed.
     pub(super) within: Option<f32>,
@@ -94,7 +94,7 @@ impl Options {
             "emitter" => self.emitter = Some(given.value(point)?),
             // The second is an older name.
             "further" | "source" => self.sources.push(given.value(source)?),
-            "tier" => self.tier = Some(given.value(tier)?),
+            "clips" => self.playing = Playing::Clips,
             "within" => self.within = Some(given.within(0.0, 1000.0)?),
             "decode-rate" => self.decode_rate_hz = Some(given.within(1.0, 1000.0)?),
             "latency" => self.latency = given.value(latency)?,
@@ -247,7 +247,6 @@ mod tests {
             ("a b c --block 0", "from 1 to 1048576"),
             ("a b c --order 4 --format ambix", "from 1 to 3"),
             ("a b c --bits 12", "expected 16, 24, 32 or 32f"),
-            ("a b c --tier best", "expected one of draft"),
             ("a b c --pose 1,2", "expected 6 numbers"),
             ("a b c --source 1,2,3", "expected X,Y,Z=SOUND"),
             ("a b c --source", "missing argument"),

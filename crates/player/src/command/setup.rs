@@ -95,7 +95,7 @@ pub(super) fn player(options: &Options, scene: &Arc<Scene>, source: &Source) -> 
     }
     let rate_hz = source.sample_rate_hz();
     let voices = options.sources.iter().map(|source| voice(source, scene, rate_hz)).collect::<Result<_, _>>()?;
-    let player = Player::at_latency(scene, f64::from(rate_hz), options.tier, options.latency)
+    let player = Player::at_latency(scene, f64::from(rate_hz), options.playing, options.latency)
         .and_then(|player| {
             let rate_hz = options.decode_rate_hz.unwrap_or(LiveParams::default().rate_hz);
             player.with_decode_rate(rate_hz).with_trim(options.trim)

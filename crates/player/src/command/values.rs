@@ -1,9 +1,8 @@
 //! Values on a command line: what they must look like, in words.
 
-use crate::Playing;
 use promenade_audio::wav::Format;
 use promenade_core::glam::{DVec3, Vec3};
-use promenade_core::{Latency, Pose, Tier};
+use promenade_core::{Latency, Pose};
 use std::fmt::Display;
 use std::str::FromStr;
 
@@ -39,16 +38,6 @@ pub fn pose(text: &str) -> Result<Pose, String> {
 /// Something else, in words.
 pub fn point(text: &str) -> Result<Vec3, String> {
     numbers(text, "x,y,z").map(Vec3::from_array)
-}
-
-/// Parses the name of a tier, or `clip`.
-///
-/// # Errors
-/// Something else, in words.
-pub fn tier(text: &str) -> Result<Playing, String> {
-    let stream = Tier::from_name(text).map(Playing::Stream);
-    let clip = (text == "clip").then_some(Playing::Clip);
-    stream.or(clip).ok_or_else(|| format!("expected one of {}, clip", Tier::ALL.map(Tier::name).join(", ")))
 }
 
 /// Parses the name of a latency.

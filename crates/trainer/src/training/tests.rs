@@ -7,7 +7,7 @@ use promenade_baker::capture::{Emitter, Track, Voice};
 use promenade_core::decode::CloudDecoder;
 use promenade_core::glam::Vec3;
 use promenade_core::network::Placement;
-use promenade_core::{CameraPath, Keyframe, LiveParams, Quality, Tier};
+use promenade_core::{CameraPath, Keyframe, LiveParams};
 use promenade_testing::noise;
 use std::sync::Arc;
 
@@ -225,8 +225,8 @@ fn the_scene_plays_what_was_trained() {
         let input: Vec<f32> = example.voices[0].dry.iter().copied().chain(vec![0.0; latency]).collect();
         let mut out = [vec![0.0; input.len()], vec![0.0; input.len()]];
         let [left, right] = &mut out;
-        let quality = Quality { tier: Tier::High, live: LiveParams { wait: true, ..LiveParams::default() } };
-        renderer.process(&[input[..].into()], [left, right], quality, &mut |_| clip.pose);
+        let live = LiveParams { wait: true, ..LiveParams::default() };
+        renderer.process(&[input[..].into()], [left, right], live, &mut |_| clip.pose);
         for (played, rendered) in out.iter().zip(&rendered) {
             let played = &played[example.pre_roll + latency..];
             let worst = played.iter().zip(rendered).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);

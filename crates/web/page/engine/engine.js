@@ -11,7 +11,7 @@
 
 import { numbers } from "./settings.js";
 
-export { SETTINGS, TIERS } from "./settings.js";
+export { SETTINGS } from "./settings.js";
 
 /** Sounds in one scene at most. */
 export const MOST_SOUNDS = 16;
@@ -84,7 +84,7 @@ export async function warmUp(context) {
 
 /**
  * Dry sounds in one scene. Events: `entered` (a scene is played; detail has slot and latency in seconds), `report`
- * (30 a second: peaks, heard pose, poseDelay in seconds, tier, answers of the live decoder so far), `died` (detail.text
+ * (30 a second: peaks, heard pose, poseDelay in seconds, load as a share of the time once a second, answers of the live decoder so far), `died` (detail.text
  * says why; `revive()` is the way back).
  */
 export class Engine extends EventTarget {
@@ -184,12 +184,13 @@ export class Engine extends EventTarget {
    * `bytes` is a scene file (ArrayBuffer or Uint8Array, not changed). Options: `slot` keeps it beside scenes of other
    * slots (by default they take each other's place), `hear: false` only makes it ready for `select`, `head` and
    * `headphones` are bytes, `secondEmitter` makes the setting stereoSpread possible for the first sound, `inline` decodes
-   * live tiers on the audio thread, for offline contexts, and `further` is how many sounds may be played beside the first.
+   * poses on the audio thread, for offline contexts, `further` is how many sounds may be played beside the first, and
+   * `accuracy` plays the least of a scene that stays within so many just noticeable differences, 0 for all of it.
    *
    * Gives the scene's description and points once it is played. Throws with the reason where the bytes are no scene.
    */
-  async load(bytes, { slot = "main", hear = true, head, headphones, secondEmitter, inline, further } = {}) {
-    const options = { slot, hear, head, headphones, secondEmitter, inline, further };
+  async load(bytes, { slot = "main", hear = true, head, headphones, secondEmitter, inline, further, accuracy } = {}) {
+    const options = { slot, hear, head, headphones, secondEmitter, inline, further, accuracy };
     const turn = (this.turn = (this.turn ?? 0) + 1);
     const name = `${this.name} ${slot} ${turn}`;
     const prepared = await preparer.call({
@@ -202,6 +203,7 @@ export class Engine extends EventTarget {
       secondEmitter,
       inline,
       further,
+      accuracy,
     });
     const { memory, ...scene } = prepared;
     const before = this.loaded.get(slot);

@@ -16,12 +16,12 @@ const answers = {
   },
 
   /** Reads a scene; gives its description, points to draw, and the memory of an instance that is ready to play it. */
-  prepare({ name, rate, scene, head, headphones, secondEmitter, inline, further }) {
+  prepare({ name, rate, scene, head, headphones, secondEmitter, inline, further, accuracy }) {
     const made = new Instance(module);
     made.f.start(rate);
     if (head) made.take("head", head);
     if (headphones) made.take("headphones", headphones);
-    made.take("load", scene, (secondEmitter ? 1 : 0) + (inline ? 2 : 0), further ?? 0);
+    made.take("load", scene, (secondEmitter ? 1 : 0) + (inline ? 2 : 0), further ?? 0, accuracy ?? 0);
     made.f.describe();
     const description = JSON.parse(made.text());
     const anchors = made.row(made.f.points(0));

@@ -29,6 +29,8 @@ class PromenadeProcessor extends AudioWorkletProcessor {
     this.path = null;
     this.peaks = [0, 0];
     this.reported = 0;
+    // Milliseconds of work, coarse in each block but right on the average, and samples that it was for.
+    this.busy = this.played = 0;
     this.answers = 0;
     this.port.onmessage = ({ data }) => this.receive(data);
   }
@@ -213,6 +215,7 @@ class PromenadeProcessor extends AudioWorkletProcessor {
     const n = output[0].length;
     if (this.arriving.length > 0) this.receive({ kind: "copyNext" });
     if (!this.current || this.dead) return this.report(n);
+    const began = Date.now();
     try {
       const ears = this.play(this.current, input, n);
       for (let e = 0; e < 2; e++) output[e].set(ears[e].subarray(0, n));
@@ -226,6 +229,8 @@ class PromenadeProcessor extends AudioWorkletProcessor {
       for (const ear of output) ear.fill(0);
       this.die(error);
     }
+    this.busy += Date.now() - began;
+    this.played += n;
     for (let e = 0; e < 2; e++) {
       let peak = this.peaks[e];
       for (const x of output[e]) peak = Math.max(peak, Math.abs(x));
@@ -289,7 +294,10 @@ class PromenadeProcessor extends AudioWorkletProcessor {
         message.answers = this.answers;
         message.heard = this.current.heard();
         message.poseDelay = this.current.f.pose_delay() / sampleRate;
-        message.tier = this.current.f.played_tier();
+        if (this.played >= sampleRate) {
+          message.load = (this.busy / 1000) * (sampleRate / this.played);
+          this.busy = this.played = 0;
+        }
       }
       this.port.postMessage(message);
       this.peaks = [0, 0];

@@ -5,14 +5,11 @@ const db = (value) => (value <= -60 ? 0 : 10 ** (value / 20));
 const same = (value) => value;
 const flag = (value) => (value ? 1 : 0);
 
-export const TIERS = ["draft", "standard", "high", "reference"];
-
 /**
  * By name: `id` of the module, `from` and `to` and `step` in the `unit` shown, `at` first, and `as` the module takes
  * it.
  */
 export const SETTINGS = {
-  tier: { id: 0, at: "standard", as: (name) => Math.max(0, TIERS.indexOf(name)) },
   gain: { id: 1, from: -60, to: 12, step: 0.5, at: 0, unit: "dB", as: db },
   mix: { id: 2, from: 0, to: 100, step: 1, at: 100, unit: "%", as: (v) => v / 100 },
   bypass: { id: 3, at: false, as: flag },

@@ -2,7 +2,8 @@
 
 use super::*;
 use promenade_testing::noise;
-use promenade_testing::scenes::{render, room, room_with_cloud, spatializer};
+use promenade_core::{Audible, Measure, Setting};
+use promenade_testing::scenes::{render, room, room_with_cloud, room_with_images, spatializer};
 use promenade_testing::signal::{difference_db, first_difference};
 
 const RATE: f64 = 16_000.0;
@@ -49,6 +50,20 @@ fn a_walk_sounds_as_in_core_and_again_after_a_reset() {
 }
 
 #[test]
+fn an_accuracy_plays_the_least_of_a_scene_that_carries_its_front() {
+    let mut parts = room_with_images(RATE, 0.3, 0.1, 12).parts().clone();
+    let error = Audible { jnds: 0.9, measure: Measure::C50 };
+    parts.front = vec![FrontPoint { setting: Setting { images: 3, ..Setting::ALL }, error, cost: 0.5 }];
+    let scene = Scene::new(parts).unwrap();
+    let images = |within: f32| {
+        let engine = engine(&scene, LoadOptions { within, ..LoadOptions::default() });
+        let description: serde_json::Value = serde_json::from_str(&engine.description()).unwrap();
+        description["images"].as_u64()
+    };
+    assert_eq!([0.0, 0.5, 1.0].map(images), [Some(12), Some(12), Some(3)]);
+}
+
+#[test]
 fn a_decoder_elsewhere_is_heard_like_one_here() {
     let scene = room_with_cloud(RATE, 0.4, 0.1);
     let [mut here, mut stream, mut elsewhere] =
@@ -56,7 +71,6 @@ fn a_decoder_elsewhere_is_heard_like_one_here() {
     let input = noise(2, 32_000);
     let there = pose(0.7, 0.2, 0.0, 0.0, 0.0, 0.6, 0.8);
     for engine in [&mut here, &mut stream] {
-        engine.set(0, 2.0);
         engine.jump(there);
     }
     stream.lighten();
@@ -93,7 +107,7 @@ fn settings_reach_the_stream() {
     let input = noise(3, 8_000);
     let plain = play(&mut engine(&scene, options), &input, |_| ());
     for (setting, value) in
-        [(0, 0.0), (1, 0.5), (2, 0.3), (3, 1.0), (4, 1.0), (5, 0.1), (6, 0.1), (8, 0.5), (10, 0.0), (11, 500.0)]
+        [(1, 0.5), (2, 0.3), (3, 1.0), (4, 1.0), (5, 0.1), (6, 0.1), (8, 0.5), (10, 0.0), (11, 500.0)]
     {
         let mut engine = engine(&scene, options);
         engine.set(setting, value);

@@ -5,7 +5,7 @@ use crate::editor::widgets::{focus_ring, note};
 use crate::editor::words::Word;
 use crate::library::lister::Listed;
 use egui::{CornerRadius, RichText, Sense, Ui, WidgetInfo, vec2};
-use promenade_core::{SceneCard, Tier};
+use promenade_core::SceneCard;
 
 /// Height of a line of the list, points.
 const LINE: f32 = 36.0;
@@ -65,16 +65,7 @@ pub(super) fn line(ui: &mut Ui, palette: &Palette, listed: &Listed, on: bool) ->
         Some(Ok(card)) => (line_of(card, listed.bytes), palette.soft),
     };
     let inside = rect.shrink2(vec2(10.0, 0.0));
-    let tiers = if matches!(listed.card, Some(Ok(_))) { TIER_MARKS } else { 0.0 };
-    texts(ui, palette, inside, listed.title(), on, (&below, colour, tiers));
-    if let Some(Ok(card)) = &listed.card {
-        for (index, tier) in Tier::ALL.into_iter().enumerate() {
-            let has = card.tiers.contains(&tier);
-            let at = egui::pos2(inside.right() - 4.0 - (3 - index) as f32 * 9.0, rect.top() + 26.0);
-            let colour = if has { palette.accent } else { palette.line };
-            ui.painter().circle_filled(at, 3.0, colour);
-        }
-    }
+    texts(ui, palette, inside, listed.title(), on, (&below, colour, 0.0));
     focus_ring(ui, palette, &response, rect.shrink(1.0), ROUND);
     response.widget_info(|| WidgetInfo::selected(egui::Role::RadioButton, true, on, listed.title()));
     response.on_hover_ui(|ui| tooltip(ui, palette, listed)).clicked() && !on
@@ -85,19 +76,15 @@ fn line_of(card: &SceneCard, bytes: u64) -> String {
     format!("up to {:.0} kHz, {}", 0.5 * card.sample_rate_hz / 1e3, size(bytes))
 }
 
-/// Room for the four marks of tiers, points.
-const TIER_MARKS: f32 = 44.0;
-
 /// Everything that is known of a listed scene.
 fn tooltip(ui: &mut Ui, palette: &Palette, listed: &Listed) {
     ui.set_max_width(320.0);
     ui.label(RichText::new(listed.title()).font(Palette::heading()).color(palette.text));
     match &listed.card {
         Some(Ok(card)) => {
-            let tiers = card.tiers.iter().map(|tier| tier.name()).collect::<Vec<_>>().join(", ");
             note(ui, palette, &card.provenance.credit);
             note(ui, palette, format!("Licence: {}", card.provenance.licence));
-            note(ui, palette, format!("Qualities: {tiers}. {}, {} held-out measurements", size(listed.bytes), card.held_out));
+            note(ui, palette, format!("{}, {} held-out measurements", size(listed.bytes), card.held_out));
             note(ui, palette, format!("Sampled at {} kHz: no treble above half of that", card.sample_rate_hz / 1e3));
         }
         Some(Err(error)) => {

@@ -31,7 +31,7 @@ fn is_chosen(ctx: &Ctx<'_>, handle: Handle) -> bool {
 pub(super) fn paint(layers: &mut Layers<'_>, painter: &Painter, ctx: &Ctx<'_>, further: usize, at: Vec3, hot: bool) {
     let outside = ctx.is_outside(at);
     let sounds = ctx.frame.sounding & (1 << further) != 0;
-    let info = ctx.project_sources().of(1 + further);
+    let info = ctx.sources.of(1 + further);
     let colour = if outside { ctx.palette.warn } else { ctx.source_colour(1 + further) };
     // Inputs that nobody uses stand back.
     let is_used = sounds || hot || outside || is_chosen(ctx, Handle::Source(further)) || info != SourceInfo::default();

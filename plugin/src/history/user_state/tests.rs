@@ -14,7 +14,7 @@ fn a_saved_state_is_read_and_what_it_lacks_stays() {
         ("follow", ParamValue::String("transport".to_owned())),
         ("bypass", ParamValue::Bool(true)),
         ("slot", ParamValue::I32(7)),
-        ("tier", ParamValue::String("no such".to_owned())),
+        ("group", ParamValue::String("no such".to_owned())),
     ];
     let state = PluginState {
         version: String::new(),
@@ -24,10 +24,17 @@ fn a_saved_state_is_read_and_what_it_lacks_stays() {
     let mut base = with(Parameter::Gain, -6.0);
     base.source_walks.set(3, Some(SavedWalk::default()));
     let restored = UserState::from_saved(state, &base);
-    let found =
-        [Parameter::X, Parameter::Yaw, Parameter::Follow, Parameter::Bypass, Parameter::Slot, Parameter::Tier, Parameter::Gain]
-            .map(|p| restored.value(p));
-    assert_eq!(found, [2.5, 180.0, 2.0, 1.0, 7.0, 1.0, -6.0]);
+    let found = [
+        Parameter::X,
+        Parameter::Yaw,
+        Parameter::Follow,
+        Parameter::Bypass,
+        Parameter::Slot,
+        Parameter::Group,
+        Parameter::Gain,
+    ]
+    .map(|p| restored.value(p));
+    assert_eq!(found, [2.5, 180.0, 2.0, 1.0, 7.0, 0.0, -6.0]);
     assert_eq!(restored.walk.speed, 0.5);
     assert!(restored.source_walks.of(3).is_some(), "a preset that knows no paths of sources leaves them");
 }

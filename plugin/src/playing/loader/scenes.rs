@@ -1,8 +1,9 @@
 //! Scenes: what the parameters and the project choose, prepared for the audio thread.
 
 use super::{Loader, Prepared, chooses_a_file};
+use crate::budget::limit::limit_percent;
 use crate::library::factory::{self, FactoryScene};
-use crate::library::{self, LoadError, LoadedScene, cache, drawn_room::DrawnRoom, level, scene_key::SceneKey};
+use crate::library::{self, LoadError, LoadedScene, cache, drawn_room::DrawnRoom, front, level, scene_key::SceneKey};
 use crate::parameter::cast::{index, narrow};
 use crate::parameter::choices::{AccuracyChoice, LatencyChoice, SceneChoice};
 use crate::parameter::row::SlotKind;
@@ -11,7 +12,7 @@ use crate::playing::{shared_worker::SharedWorker, start_pose};
 use crate::project::{exchange::Choices, matching::Matching, saved_head::SavedHead, scene_frame::SceneFrame};
 use crate::worker::lock::lock;
 use nice_plug::{nice_error, nice_warn};
-use promenade_core::{DecodeWorker, Emitters, RenderError, Renderer, RendererConfig, Scene, Trim};
+use promenade_core::{DecodeWorker, Emitters, FrontPoint, RenderError, Renderer, RendererConfig, Scene, Trim};
 use promenade_fault::{Fault, with_causes};
 use std::sync::atomic::Ordering;
 use std::sync::{Arc, Once, Weak};
@@ -37,7 +38,8 @@ pub(super) struct SceneRequest {
     latency: LatencyChoice,
     accuracy: AccuracyChoice,
     sample_rate_bits: u64,
-    /// Whether instances render their frames in blocks of their own.
+    /// Whether a host plays it, and whether instances render their frames in blocks of their own then.
+    is_live: bool,
     is_staggered: bool,
 }
 
@@ -47,11 +49,16 @@ pub(super) struct Served {
     restored: u64,
     /// Level of the scene that came of it, as [`level::level_cb`] has it.
     level_cb: Option<i32>,
+    /// Searches that had ended by then, where it waits for one.
+    awaits: Option<u32>,
 }
 
 impl Served {
     /// Whether what came of it serves another request: the same, or one for a level at which the scene is played already.
     fn serves(&mut self, other: &SceneRequest) -> bool {
+        if self.awaits.is_some_and(|ended| ended != front::ended()) {
+            return false;
+        }
         let [old, new] = [self.request.matching, other.matching];
         self.request.matching = new;
         let serves = self.request == *other && old.gain(self.level_cb) == new.gain(self.level_cb);
@@ -90,10 +97,12 @@ impl Loader {
     pub(super) fn refresh_scene(&self) {
         let mut last = lock(&self.last_scene);
         loop {
-            let restored = self.params.restores();
+            let (restored, ended) = (self.params.restores(), front::ended());
             let (request, restores) = self.scene_request(last.as_ref());
-            let is_served = self.search.is_over() != Some(true) && last.as_mut().is_some_and(|last| last.serves(&request));
-            if request.sample_rate_bits == 0 || is_served {
+            if request.sample_rate_bits == 0 || last.as_mut().is_some_and(|last| last.serves(&request)) {
+                if let Some(scene) = self.scene() {
+                    self.offer(&scene, &request);
+                }
                 return;
             }
             let before = self.scene();
@@ -115,8 +124,10 @@ impl Loader {
                     self.exchange.opened.set(false);
                 }
                 let (saved, level_cb) = (made.key.clone(), made.level_cb);
+                let awaits = self.is_limited(&request) && made.scene.as_ref().is_some_and(front::is_awaited);
+                let awaits = awaits.then_some(ended);
                 self.hand_over(made, &request);
-                *last = Some(Served { request: SceneRequest { saved, ..request }, restored, level_cb });
+                *last = Some(Served { request: SceneRequest { saved, ..request }, restored, level_cb, awaits });
                 return;
             }
         }
@@ -151,6 +162,7 @@ impl Loader {
             latency,
             accuracy,
             sample_rate_bits,
+            is_live: live_block > 0.0,
             is_staggered,
         };
         (request, restores)
@@ -166,7 +178,6 @@ impl Loader {
                 Made { scene: Some(scene), prepared: Prepared::Scene(pairs), report: note, chosen, key, level_cb }
             }
             Err(error) => {
-                self.search.withdraw();
                 let of_place = || factory::place(request.saved.file_name()).map(|place| place.level_cb);
                 let level_cb = request.saved.level_cb.or_else(of_place).filter(|_| request.room.is_none());
                 let level_cb = level_cb.map(|level_cb| level_cb + request.matching.change_cb(Some(level_cb)));
@@ -181,7 +192,11 @@ impl Loader {
     fn pairs(&self, found: &Found, request: &SceneRequest) -> Result<Pairs, LoadError> {
         let gain = request.matching.gain(found.level_cb);
         let emitters = |scene: &Arc<Scene>| Ok::<_, LoadError>(self.emitters(scene, request)?.with_level(gain));
-        let played = self.near(&found.scene, request.accuracy)?;
+        let points = self.offer(&found.scene, request);
+        let point = request.accuracy.jnds().and_then(|jnds| FrontPoint::within(&points, jnds).copied());
+        let near = point.and_then(|point| Some((cache::with_setting(&found.scene, point.setting)?, point.cost)));
+        let (played, share) = near.unwrap_or_else(|| (Arc::clone(&found.scene), 1.0));
+        self.account.play(share);
         match request.output {
             Output::Binaural => Ok(Pairs::from_iter([emitters(&played)?])),
             Output::Ambisonic(_) => {
@@ -192,17 +207,19 @@ impl Loader {
         }
     }
 
-    /// What of a scene is played: all of it until its front is known.
-    fn near(&self, scene: &Arc<Scene>, accuracy: AccuracyChoice) -> Result<Arc<Scene>, Fault> {
-        let Some(jnds) = accuracy.jnds() else {
-            self.search.withdraw();
-            return Ok(Arc::clone(scene));
-        };
-        match self.search.ask(scene).map_err(|error| Fault::because("no thread to find less of a scene on", error))?.as_deref() {
-            Some(Ok(front)) => Ok(cache::within(scene, front, jnds)),
-            // A scene of which nothing can be heard is compared with nothing.
-            Some(Err(_)) | None => Ok(Arc::clone(scene)),
+    /// Whether less than all of a scene may be asked for, so that what that costs has to be known.
+    fn is_limited(&self, request: &SceneRequest) -> bool {
+        request.accuracy != AccuracyChoice::All || (request.is_live && limit_percent().is_some())
+    }
+
+    /// Offers the budget what a scene can be played with; what that costs is searched for where it is wanted.
+    fn offer(&self, scene: &Arc<Scene>, request: &SceneRequest) -> Vec<FrontPoint> {
+        if self.is_limited(request) {
+            front::search(scene);
         }
+        let points = front::known(scene).unwrap_or_default();
+        self.account.offer(points.clone());
+        points
     }
 
     /// Tells the user and the host's log what came of a request.

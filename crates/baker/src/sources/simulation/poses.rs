@@ -74,22 +74,31 @@ pub fn scene_spacing_m(mesh: &Mesh) -> f32 {
 /// A room in which places that [`Inside`] holds are too rare.
 pub fn random_inside(inside: &Inside<'_>, count: usize, seed: u64) -> Result<Vec<Pose>, BakeError> {
     let [low, high] = inside.bounds;
+    drawn(count, inside.margin_m, seed, |random| {
+        let position = low + (high - low) * anywhere(random);
+        inside.holds(position).then(|| turned_anywhere(position, random))
+    })
+}
+
+/// So many of the poses that are drawn. The same each time for one seed.
+fn drawn(
+    count: usize,
+    margin_m: f32,
+    seed: u64,
+    mut draw: impl FnMut(&mut Random) -> Option<Pose>,
+) -> Result<Vec<Pose>, BakeError> {
     let mut random = Random::new(seed ^ 0x5EED_0F90_5E50);
-    let mut poses = Vec::with_capacity(count);
-    for _ in 0..count.saturating_mul(TRIES) {
-        if poses.len() == count {
-            break;
-        }
-        let position = low + (high - low) * Vec3::new(random.uniform(), random.uniform(), random.uniform());
-        if inside.holds(position) {
-            poses.push(turned_anywhere(position, &mut random));
-        }
-    }
+    let poses: Vec<Pose> = (0..count.saturating_mul(TRIES)).filter_map(|_| draw(&mut random)).take(count).collect();
     if poses.len() < count {
         let expected = format!("one that leaves places {FROM_EMITTER_M} m off the emitter");
-        return Err(BakeError::argument("margin", expected, format!("{} m", inside.margin_m)));
+        return Err(BakeError::argument("margin", expected, format!("{margin_m} m")));
     }
     Ok(poses)
+}
+
+/// A place in a cube of side 1.
+fn anywhere(random: &mut Random) -> Vec3 {
+    Vec3::new(random.uniform(), random.uniform(), random.uniform())
 }
 
 /// Which places of a mesh's room heads may be at: a margin off its surfaces, 0.5 m off the emitter, and as much enclosed as the
@@ -153,24 +162,10 @@ pub fn fit(poses: &[Pose], size: Vec3, margin_m: f32) -> Result<Vec<Pose>, BakeE
 /// A margin below 0 or so wide that no place is left.
 pub fn random_poses(size: Vec3, emitter: Vec3, count: usize, margin_m: f32, seed: u64) -> Result<Vec<Pose>, BakeError> {
     let left = free(size, margin_m)?;
-    let mut random = Random::new(seed ^ 0x5EED_0F90_5E50);
-    let mut poses = Vec::with_capacity(count);
-    for _ in 0..count.saturating_mul(TRIES) {
-        if poses.len() == count {
-            break;
-        }
-        let share = Vec3::new(random.uniform(), random.uniform(), random.uniform());
-        let position = Vec3::splat(margin_m) + left * share;
-        let pose = turned_anywhere(position, &mut random);
-        if position.distance(emitter) >= FROM_EMITTER_M {
-            poses.push(pose);
-        }
-    }
-    if poses.len() < count {
-        let expected = format!("one that leaves places {FROM_EMITTER_M} m off the emitter");
-        return Err(BakeError::argument("margin", expected, format!("{margin_m} m")));
-    }
-    Ok(poses)
+    drawn(count, margin_m, seed, |random| {
+        let pose = turned_anywhere(Vec3::splat(margin_m) + left * anywhere(random), random);
+        (pose.position.distance(emitter) >= FROM_EMITTER_M).then_some(pose)
+    })
 }
 
 fn turned_anywhere(position: Vec3, random: &mut Random) -> Pose {

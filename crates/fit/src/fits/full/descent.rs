@@ -5,7 +5,6 @@ use super::schedule::{BEHIND_S, FullOptions, LOWEST_HZ, Leg};
 use crate::bands::{BANDS, octave_energies_db};
 use crate::early::{Chain, Compared, EarlyModel, Geometry, Iterate, Prior};
 use crate::error::FitError;
-use crate::fits::Saved;
 use crate::late::{LateTie, Slopes};
 use crate::measurements::Clock;
 use crate::numerics::{Adam, Random};
@@ -25,6 +24,17 @@ pub(super) const RATES: [f64; 4] = [0.1, 0.03, 0.002, 0.006];
 /// other are some hundred off.
 const AGREE: f64 = 3.0;
 
+/// What is found so far.
+pub(super) struct State {
+    /// Rounds that are done.
+    round: usize,
+    pub(super) x: Vec<f64>,
+    adam: Adam,
+    /// The chain's spectrum.
+    pub(super) chain: Vec<Complex64>,
+    pub(super) scanned: Vec<Scanned>,
+}
+
 /// A fit on its way.
 pub(super) struct Descent<'a> {
     pub(super) model: EarlyModel<'a>,
@@ -34,26 +44,14 @@ pub(super) struct Descent<'a> {
 }
 
 impl Descent<'_> {
-    pub(super) fn run(
-        &self,
-        room: &FlatRoom,
-        from: Option<Saved>,
-        each: &mut dyn FnMut(&Saved, f64) -> Result<(), FitError>,
-    ) -> Result<FullFit, FitError> {
-        let digest = self.digest(room);
-        let mut state = match from {
-            Some(saved) if saved.digest == digest => saved,
-            Some(_) => {
-                return Err(FitError::argument("state of a fit", "one of the same room, responses and options", "another"));
-            }
-            None => self.begin(room, digest),
-        };
+    pub(super) fn run(&self, room: &FlatRoom, each: &mut dyn FnMut(f64)) -> Result<FullFit, FitError> {
+        let mut state = self.begin(room);
         let legs = self.options.legs(self.model.set, self.model.u.nodes);
         let rounds: Vec<(usize, usize)> =
             legs.iter().enumerate().flat_map(|(l, leg)| (0..leg.rounds).map(move |r| (l, r))).collect();
         let base = self.scanned(room, &state.scanned)?;
         let tie = self.tie(&base)?;
-        for (done, (leg, round)) in rounds.iter().enumerate().skip(state.round) {
+        for (done, (leg, round)) in rounds.iter().enumerate() {
             if state.round > done {
                 continue;
             }
@@ -68,13 +66,13 @@ impl Descent<'_> {
             }
             self.round(&base, &tie, (&legs[*leg], *round), &compared, &mut state)?;
             state.round = done + 1;
-            each(&state, state.round as f64 / (rounds.len() + 1) as f64)?;
+            each(state.round as f64 / (rounds.len() + 1) as f64);
         }
         self.result(&base, &tie, &state)
     }
 
     /// The responses that agree with the model wave by wave up to a frequency; none of them if those are not the most.
-    pub(super) fn agreeing(&self, base: &FlatRoom, tie: &LateTie, state: &Saved, top_hz: f64) -> Result<Vec<usize>, FitError> {
+    pub(super) fn agreeing(&self, base: &FlatRoom, tie: &LateTie, state: &State, top_hz: f64) -> Result<Vec<usize>, FitError> {
         let geometry = &self.geometry(base, state)?;
         let stage = &self.model.stage(Compared::Waves, (LOWEST_HZ, top_hz));
         let early = tie.early(self.options.window_s + BEHIND_S);
@@ -84,14 +82,14 @@ impl Descent<'_> {
         Ok(if 3 * near.len() >= 2 * all.len() { near } else { Vec::new() })
     }
 
-    fn begin(&self, room: &FlatRoom, digest: u64) -> Saved {
+    fn begin(&self, room: &FlatRoom) -> State {
         let x = self.model.start(&self.prior.mean, &self.chain);
         let scanned = match (&room.form, self.options.geometry) {
             (_, false) => Vec::new(),
             (Form::Box(walls), true) => near_box(&self.model, walls, &self.chain).to_vec(),
             (Form::Mesh(_), true) => scan(&self.model, room, &self.chain),
         };
-        Saved { round: 0, adam: Adam::new(x.len()), x, chain: self.model.chain_spectrum(&self.chain), scanned, digest }
+        State { round: 0, adam: Adam::new(x.len()), x, chain: self.model.chain_spectrum(&self.chain), scanned }
     }
 
     /// The room with its walls where the scan found them.
@@ -106,27 +104,8 @@ impl Descent<'_> {
         LateTie::new(base, self.model.set, &self.model.bands, self.options.order, self.options.seed)
     }
 
-    /// What a state belongs to.
-    fn digest(&self, room: &FlatRoom) -> u64 {
-        let mut hash = 0xCBF2_9CE4_8422_2325_u64;
-        let mut add = |bits: u64| hash = (hash ^ bits).wrapping_mul(0x0100_0000_01B3).rotate_left(23);
-        for m in &self.model.set.all {
-            m.samples.iter().for_each(|s| add(u64::from(s.to_bits())));
-            m.source.at_m.iter().chain(&m.microphone.at_m).for_each(|c| add(c.to_bits()));
-            [m.source.sd_m, m.microphone.sd_m].into_iter().for_each(|c| add(c.to_bits()));
-        }
-        let air = self.model.set.air;
-        [air.temperature_c, air.humidity_percent, air.pressure_kpa].into_iter().for_each(|c| add(c.to_bits()));
-        room.walls.iter().for_each(|w| add(w.at_m.to_bits()));
-        let o = self.options;
-        [u64::from(o.order), o.window_s.to_bits(), u64::from(o.geometry), u64::from(o.places), u64::from(o.source), o.seed]
-            .into_iter()
-            .for_each(&mut add);
-        hash
-    }
-
     /// The room and the chain as they are.
-    pub(super) fn geometry(&self, base: &FlatRoom, state: &Saved) -> Result<Geometry, FitError> {
+    pub(super) fn geometry(&self, base: &FlatRoom, state: &State) -> Result<Geometry, FitError> {
         let u = &self.model.u;
         let moved = base.moved(&state.x[u.wall(0)..u.wall(u.walls)])?;
         let places: Vec<_> = (0..u.places).filter_map(|i| self.model.places(&state.x, i)).collect();
@@ -150,7 +129,7 @@ impl Descent<'_> {
         tie: &LateTie,
         (leg, round): (&Leg, usize),
         compared: &[usize],
-        state: &mut Saved,
+        state: &mut State,
     ) -> Result<(), FitError> {
         let mut geometry = self.geometry(base, state)?;
         let stage = self.model.stage(leg.what, (LOWEST_HZ, leg.top_hz));

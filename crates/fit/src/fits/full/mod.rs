@@ -19,7 +19,6 @@ pub use fit::{Found, FullFit, SurfaceFit, WallFound};
 pub use patches::VoxelFit;
 pub use schedule::FullOptions;
 
-use super::saved::Saved;
 use crate::bands::BANDS;
 use crate::early::{Chain, EarlyModel, NODES, Nodes, Prior, Unknowns};
 use crate::error::FitError;
@@ -32,17 +31,15 @@ const LOUDSPEAKER_SHARPNESS: [f64; 8] = [0.03, 0.05, 0.1, 0.25, 0.5, 0.8, 1.2, 1
 /// Source and microphone at least this far apart are different places, metres.
 const SAME_PLACE_M: f64 = 1e-3;
 
-/// Fits a room to measurements. `each` is told the state and the share of the work that is done after every round; a state that
-/// it was told goes on to the same bits.
+/// Fits a room to measurements. `each` is told the share of the work that is done after every round.
 ///
 /// # Errors
-/// A source or a microphone outside of the room, fewer than three measurements, a state of another fit.
+/// A source or a microphone outside of the room, fewer than three measurements.
 pub fn full_fit(
     room: &FlatRoom,
     set: &Measurements,
     options: &FullOptions,
-    from: Option<Saved>,
-    each: &mut dyn FnMut(&Saved, f64) -> Result<(), FitError>,
+    each: &mut dyn FnMut(f64),
 ) -> Result<FullFit, FitError> {
     let Some(chain) = Chain::of(set) else {
         return Err(FitError::argument("measurements", "at least one", "none"));
@@ -60,5 +57,5 @@ pub fn full_fit(
     let sharpness = if all_face { model.bands.from_octaves(&LOUDSPEAKER_SHARPNESS) } else { [0.0; BANDS] };
     let prior = Prior::new(&u, set, &model.bands, &sharpness, &Nodes::new(nodes).cosines(), all_face);
     let fit = Descent { model, prior, options, chain };
-    fit.run(room, from, each)
+    fit.run(room, each)
 }

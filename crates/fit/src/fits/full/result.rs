@@ -1,12 +1,11 @@
 //! What a full fit has found, with its errors.
 
-use super::descent::Descent;
+use super::descent::{Descent, State};
 use super::fit::{Found, FullFit, SurfaceFit, UNDETERMINED, WallFound};
 use super::schedule::{BEHIND_S, HIGHEST, LOWEST_HZ};
 use crate::bands::{Estimate, FITTED_HZ};
 use crate::early::{Chain, Compared, Iterate};
 use crate::error::FitError;
-use crate::fits::Saved;
 use crate::late::{BIN_S, Histories, LateTie};
 use crate::prediction::Residual;
 use crate::room::FlatRoom;
@@ -14,7 +13,7 @@ use promenade_fourier::signal;
 use rayon::prelude::*;
 
 impl Descent<'_> {
-    pub(super) fn result(&self, base: &FlatRoom, tie: &LateTie, state: &Saved) -> Result<FullFit, FitError> {
+    pub(super) fn result(&self, base: &FlatRoom, tie: &LateTie, state: &State) -> Result<FullFit, FitError> {
         let (model, u, x) = (&self.model, &self.model.u, &state.x);
         let geometry = &self.geometry(base, state)?;
         let range_hz = (LOWEST_HZ, HIGHEST * model.rate_hz);

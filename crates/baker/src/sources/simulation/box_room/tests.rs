@@ -1,8 +1,8 @@
 use super::*;
 use crate::Response;
 use crate::sources::simulation::heads::{RATE, set, transparent, two_sided};
-use crate::sources::simulation::{Absorption, Part, SPEED_OF_SOUND_M_S};
-use promenade_acoustics::{Air, Image, Material, Reflected};
+use crate::sources::simulation::{Part, SPEED_OF_SOUND_M_S};
+use promenade_acoustics::{Air, Image, Material, Octaves, Reflected};
 use promenade_fourier::num_complex::Complex32;
 use promenade_metrics::{DecayRange, decay_time_s, ild_db, itd_s};
 use std::f32::consts::PI;
@@ -11,7 +11,7 @@ const SIZE: Vec3 = Vec3::new(7.0, 5.0, 3.0);
 const EMITTER: Vec3 = Vec3::new(3.1, 2.3, 1.9);
 
 /// Walls of these absorptions that scatter the same share in all octaves.
-fn walls(absorption: [Absorption; 6], scattering: f32) -> Shoebox {
+fn walls(absorption: [Octaves; 6], scattering: f32) -> Shoebox {
     let material = |absorption| Material { absorption, ..Material::even("wall", 0.0, scattering) };
     Shoebox { size: SIZE.as_dvec3().to_array(), materials: absorption.map(material) }
 }
@@ -105,7 +105,7 @@ fn reflections_have_the_energy_of_their_images() {
 }
 
 /// Of a floor's reflection, all other walls being open, at a listener over it.
-fn floor_power(absorption: Absorption, scattering: f32, air: Option<Air>, hz: f64) -> f64 {
+fn floor_power(absorption: Octaves, scattering: f32, air: Option<Air>, hz: f64) -> f64 {
     let mut room = even(1.0, 0.0);
     room.materials[4] = Material { absorption, ..Material::even("floor", 0.0, scattering) };
     let options = MeshOptions { air, ..options(6, 0.08) };
