@@ -4,7 +4,7 @@ use promenade_baker::measure::{MeanErrors, compare_held_out};
 use promenade_baker::{BakeOptions, CONTENT, Levels, Response, Responses, bake_responses};
 use promenade_core::glam::Vec3;
 use promenade_core::random::Random;
-use promenade_core::{Pose, RenderParams, Renderer, Rows, Scene};
+use promenade_core::{FrontPoint, Pose, RenderParams, Renderer, Rows, Scene};
 use promenade_metrics::{DecayRange, decay_time_s, ild_db, itd_s};
 use promenade_player::{Player, Playing, render_response};
 use std::path::Path;
@@ -98,6 +98,23 @@ fn the_same_at_every_host_rate() {
             };
             assert!((itd - native).abs() < 25e-6, "{name} at {rate}: {itd} against {native}");
         }
+    }
+}
+
+/// Costs are counts, so that a front that belongs to another scene is seen.
+#[test]
+fn factory_scenes_carry_their_own_fronts() {
+    for name in ["iosr-room-a", "iosr-room-b", "loft", "box"] {
+        let scene = factory(name);
+        let (front, whole) = (&scene.parts().front, scene.operations(48_000.0));
+        assert_eq!((front[0].error.jnds, front[0].cost), (0.0, 1.0), "{name}: {front:?}");
+        assert!(front.windows(2).all(|p| p[0].cost > p[1].cost && p[0].error.jnds < p[1].error.jnds), "{name}: {front:?}");
+        for point in front {
+            let cost = scene.with_setting(point.setting).unwrap().operations(48_000.0) / whole;
+            assert!((cost - f64::from(point.cost)).abs() < 1e-3, "{name}: {point:?} costs {cost}; presets/recipes/factory.py");
+        }
+        let cheapest = FrontPoint::within(front, 2.0).unwrap();
+        assert!(cheapest.cost < 0.75, "{name}: {cheapest:?}");
     }
 }
 

@@ -16,6 +16,7 @@ mod map;
 mod measure;
 mod mesh;
 mod path;
+mod pictures;
 mod placement;
 mod reconstruction;
 #[cfg(feature = "train")]
@@ -50,6 +51,7 @@ pub(crate) use map::{CompositeArgs, Map, MapArgs, MixMapArgs, SaliencyArgs, Stra
 pub(crate) use measure::MeasureArgs;
 pub(crate) use mesh::MeshArgs;
 pub(crate) use path::PathArgs;
+pub(crate) use pictures::PictureArgs;
 pub(crate) use reconstruction::ReconstructionArgs;
 #[cfg(feature = "train")]
 pub(crate) use refine::RefineArgs;

@@ -3,6 +3,7 @@
 mod evaluate;
 mod fitter;
 mod patches;
+mod pictures;
 mod room;
 mod scene;
 mod write;

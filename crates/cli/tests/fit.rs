@@ -183,23 +183,63 @@ fn measurements_that_cannot_be_right_are_refused_or_named() {
     assert!(run.status.success() && open.contains("holes, or corners that do not meet"), "{open}");
 }
 
+/// A COLMAP model of the room in a world of half its metres, x right, y down, z along the room's x, with three photographs:
+/// red where the room is low, blue above.
+fn photographed(folder: &Path) -> [String; 2] {
+    let (model, photos) = (folder.join("model"), folder.join("photos"));
+    fs::create_dir_all(&model).unwrap();
+    fs::create_dir_all(&photos).unwrap();
+    fs::write(model.join("cameras.txt"), "1 PINHOLE 64 48 32 32 32 24\n").unwrap();
+    fs::write(model.join("points3D.txt"), "1 0 0 0 200 100 50 0.5 1 1 2 1\n").unwrap();
+    let mut images = String::new();
+    // Along x, back, and to the left: turns about the axis that looks down.
+    for (i, (at, turn)) in CAMERAS.iter().zip([0.0_f64, 180.0, -90.0]).enumerate() {
+        let half = turn.to_radians() / 2.0;
+        let centre = [-0.5 * at[1], -0.5 * at[2], 0.5 * at[0]];
+        // The world in the camera's axes: turned back by the camera's own turn.
+        let (sin, cos) = (-turn.to_radians()).sin_cos();
+        let moved = [cos * centre[0] + sin * centre[2], centre[1], -sin * centre[0] + cos * centre[2]];
+        let [x, y, z] = moved.map(|v| -v);
+        images += &format!("{} {} 0 {} 0 {x} {y} {z} 1 {i}.png\n\n", i + 1, half.cos(), -half.sin());
+        photo(&photos.join(format!("{i}.png")), [64, 48], |y| if y < 24 { [30, 40, 200] } else { [200, 40, 30] });
+    }
+    fs::write(model.join("images.txt"), images).unwrap();
+    [model, photos].map(|p| p.to_str().unwrap().to_owned())
+}
+
+/// Writes a picture of a colour for each row.
+fn photo(path: &Path, [width, height]: [u32; 2], colour: impl Fn(u32) -> [u8; 3]) {
+    let mut encoder = png::Encoder::new(fs::File::create(path).unwrap(), width, height);
+    encoder.set_color(png::ColorType::Rgb);
+    let pixels: Vec<u8> = (0..height).flat_map(|y| colour(y).repeat(width as usize)).collect();
+    encoder.write_header().unwrap().write_image_data(&pixels).unwrap();
+}
+
+const CAMERAS: [[f64; 3]; 3] = [[1.0, 1.8, 1.3], [3.5, 1.0, 1.1], [2.0, 1.2, 1.5]];
+
 #[test]
-fn pieces_of_surfaces_are_fitted_and_a_fit_comes_to_the_same_bits() {
+fn pieces_of_surfaces_are_fitted_with_pictures_and_a_fit_comes_to_the_same_bits() {
     let folder = tempfile::tempdir().unwrap();
     let text = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
     let set = measured(&folder.path().join("set"), &all(0.8, 0.25), &AT, 1.0);
+    let [model, photos] = photographed(folder.path());
+    let places: Vec<String> = CAMERAS.iter().enumerate().map(|(i, [x, y, z])| format!("{i}.png={x},{y},{z}")).collect();
     let lengths = "4.6,3.7,2.6";
     let rough = ["--order", "2", "--rate", "8000", "--hold", "walls,source", "--per", "voxels"];
+    let seen = ["--pictures", &model, "--photos", &photos];
+    let at: Vec<&str> = places.iter().flat_map(|p| ["--landmark", p]).collect();
     let run = |name: &str| -> Vec<String> {
-        let of = [&["fit", lengths, &set, "-o", name][..], &rough, &["--voxel", "1.2"]].concat();
+        let of = [&["fit", lengths, &set, "-o", name][..], &rough, &["--voxel", "1.2"], &seen, &at].concat();
         of.into_iter().map(str::to_owned).collect()
     };
     let once = run(&text("once.obj"));
     let (_, said) = succeeds(&once.iter().map(String::as_str).collect::<Vec<_>>());
-    assert!(said.contains("sound tells of"), "{said}");
+    assert!(said.contains("a unit of the reconstruction is 2.0000 m; its places are 0.000 m"), "{said}");
+    assert!(said.contains("sound tells of") && !said.contains("may lie elsewhere"), "{said}");
     let numbers = fs::read_to_string(text("once.report.json")).unwrap();
     let parsed: serde_json::Value = serde_json::from_str(&numbers).unwrap();
-    assert!(parsed["pieces"]["all"].as_array().unwrap().len() > 60);
+    let (pieces, shown) = (parsed["pieces"]["all"].as_array().unwrap().len(), parsed["pieces"]["shown"].as_u64().unwrap());
+    assert!(pieces > 60 && (20..pieces as u64).contains(&shown), "{shown} of {pieces}");
     let (mesh, beside) =
         (fs::read_to_string(text("once.obj")).unwrap(), fs::read_to_string(text("once.materials.json")).unwrap());
     assert!(mesh.contains("ceiling.1") && beside.contains("\"ceiling.1\""), "{beside}");
@@ -211,12 +251,41 @@ fn pieces_of_surfaces_are_fitted_and_a_fit_comes_to_the_same_bits() {
 }
 
 #[test]
-fn voxels_that_cannot_be_are_refused_before_the_fit() {
+fn pictures_that_cannot_be_the_rooms_are_refused_or_named_before_the_fit() {
     let folder = tempfile::tempdir().unwrap();
+    let text = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
     let set = measured(&folder.path().join("set"), &all(0.8, 0.2), &AT, 1.0);
-    let out = folder.path().join("x.obj");
-    let fit = ["fit", "4.6,3.7,2.6", &set, "-o", out.to_str().unwrap()];
-    let [alone, fine] =
-        [&["--voxel", "0.3"][..], &["--per", "voxels", "--voxel", "0.02"]].map(|more| [&fit[..], more].concat());
-    all_fail(&[(alone, "--voxel: expected --per voxels"), (fine, "at most 8000")]);
+    let [model, photos] = photographed(folder.path());
+    let (other, empty, bare) = (folder.path().join("other"), folder.path().join("empty"), folder.path().join("bare"));
+    [&other, &empty, &bare].iter().for_each(|p| fs::create_dir(p).unwrap());
+    photo(&other.join("0.png"), [48, 64], |_| [0; 3]);
+    for file in ["images.txt", "points3D.txt"] {
+        fs::copy(Path::new(&model).join(file), bare.join(file)).unwrap();
+    }
+    let out = text("x.obj");
+    let [other, empty, bare] = [other, empty, bare].map(|p| p.to_str().unwrap().to_owned());
+    let fit = |more: &[&'static str]| -> Vec<String> {
+        ["fit", "4.6,3.7,2.6", &set, "-o", &out].iter().copied().chain(more.iter().copied()).map(str::to_owned).collect()
+    };
+    let voxels = |more: &[&str]| -> Vec<String> {
+        fit(&["--per", "voxels", "--pictures"]).into_iter().chain(more.iter().map(|m| (*m).to_owned())).collect()
+    };
+    let cases = [
+        (fit(&["--voxel", "0.3"]), "--voxel: expected --per voxels"),
+        (fit(&["--per", "voxels", "--voxel", "0.02"]), "at most 8000"),
+        (voxels(&[&text("nowhere")]), "expected a COLMAP model"),
+        (voxels(&[&model, "--photos", &empty]), "expected photographs named as the 3 images"),
+        (voxels(&[&model, "--photos", &other]), "expected the shape of its lens, 64 x 48, found 48 x 64"),
+        (voxels(&[&bare, "--photos", &photos]), "cameras.bin"),
+        (voxels(&[&model, "--landmark", "0.png=1,2,1", "--landmark", "1.png=2,1,1"]), "not on a line"),
+        (voxels(&[&model, "--landmark", "9.png=1,2,1"]), "the name of one image"),
+    ];
+    let cases: Vec<(Vec<&str>, &str)> =
+        cases.iter().map(|(args, clue)| (args.iter().map(String::as_str).collect(), *clue)).collect();
+    all_fail(&cases);
+    // Up, scale and origin as they are assumed put the cameras elsewhere.
+    let rough = ["--order", "1", "--rate", "8000", "--hold", "walls,places,source", "--voxel", "2"];
+    let all = [voxels(&[&model, "--photos", &photos]), rough.map(str::to_owned).to_vec()].concat();
+    let (_, said) = succeeds(&all.iter().map(String::as_str).collect::<Vec<_>>());
+    assert!(said.contains("the reconstruction may lie elsewhere"), "{said}");
 }

@@ -20,6 +20,7 @@
 
 #![forbid(unsafe_code)]
 
+mod appearance;
 mod bands;
 mod early;
 mod error;
@@ -32,6 +33,7 @@ mod report;
 mod room;
 mod search;
 
+pub use appearance::{Pictures, Raster, View, similarity};
 pub use bands::{BANDS, Bands, Estimate, FITTED_HZ, PerBand};
 pub use early::Chain;
 pub use error::FitError;

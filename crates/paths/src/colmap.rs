@@ -4,9 +4,12 @@
 
 mod binary;
 mod images;
+mod lens;
 mod names;
 pub(crate) mod times;
 mod up;
+
+pub use lens::{Lens, lenses};
 
 use crate::placement::Frame;
 use crate::waypoint::{Track, Waypoint};

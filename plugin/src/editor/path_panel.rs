@@ -84,11 +84,9 @@ fn playing(ui: &mut Ui, ctx: &mut Ctx<'_>) {
         }
     });
     toggle(ui, ctx, Parameter::Offset);
-    let words = match ctx.walk {
-        Some(walk) => format!("{} keyframes, {:.1} s", walk.path.keyframes().len(), walk.path.duration_s()),
-        None => "No path yet: record one, add keyframes, or import a file.".to_owned(),
-    };
-    note(ui, ctx.palette, words);
+    if let Some(walk) = ctx.walk {
+        note(ui, ctx.palette, format!("{} keyframes, {:.1} s", walk.path.keyframes().len(), walk.path.duration_s()));
+    }
 }
 
 impl PathPanel {
@@ -229,7 +227,7 @@ impl PathPanel {
         });
         self.take_file(ctx);
         ScrollArea::vertical().id_salt("outcome").auto_shrink(false).min_scrolled_height(0.0).show(ui, |ui| {
-            outcome(ui, ctx.palette, self.outcome.as_ref(), "JSON, CSV, glTF or COLMAP images.txt");
+            outcome(ui, ctx.palette, self.outcome.as_ref(), "JSON, CSV, glTF, COLMAP");
         });
     }
 

@@ -1,11 +1,11 @@
 //! A room to draw: three lengths, six materials, and how it then reverberates.
 
-use super::theme::{CONTROL, Palette, SPACE};
-use super::widgets::{button, columns, drop_down, fact, field, fits, note, outcome};
-use super::{ctx::Ctx, panel::Panel, t20::T20Part, words::Word};
+use super::t20::{T20Part, late_t60_s};
+use super::theme::{CONTROL, SPACE};
+use super::widgets::{button, columns, drop_down, fact, field, fits, note, outcome, row};
+use super::{ctx::Ctx, panel::Panel, words::Word};
 use crate::library::{self, drawn_room::DrawnRoom};
-use egui::{DragValue, Sense, Ui, Vec2};
-use promenade_core::Scene;
+use egui::{DragValue, Ui, Vec2};
 use promenade_fault::with_causes;
 use promenade_room::SIZES_M;
 use std::ops::Range;
@@ -16,9 +16,6 @@ const NAME: f32 = 52.0;
 const LENGTHS: [Word; 3] = [Word::Length, Word::Width, Word::Height];
 /// Walls in the order of [`DrawnRoom::materials`].
 const WALLS: [Word; 6] = [Word::BackWall, Word::FrontWall, Word::RightWall, Word::LeftWall, Word::Floor, Word::Ceiling];
-/// Octaves whose reverberation times are shown, Hz.
-const OCTAVES: [(f32, Word); 4] =
-    [(125.0, Word::Octave125), (500.0, Word::Octave500), (2000.0, Word::Octave2k), (8000.0, Word::Octave8k)];
 /// Least widths of the columns: lengths, materials twice, times, figures; and where that does not fit, materials once.
 /// Points.
 const WIDE: [f32; 5] = [112.0, 168.0, 168.0, 176.0, 128.0];
@@ -83,22 +80,9 @@ impl Panel for RoomPanel {
     }
 }
 
-/// A name and a control beside it.
-fn row(ui: &mut Ui, palette: &Palette, word: Word, add: impl FnOnce(&mut Ui)) {
-    ui.horizontal(|ui| {
-        let (rect, response) = ui.allocate_exact_size(Vec2::new(NAME, CONTROL), Sense::hover());
-        let galley = ui.painter().layout_no_wrap(word.label().to_owned(), Palette::body(), palette.soft);
-        let at = rect.left_center() - Vec2::new(0.0, galley.size().y / 2.0);
-        ui.painter().with_clip_rect(rect).galley(at, galley, palette.soft);
-        response.on_hover_text(word.help());
-        ui.spacing_mut().item_spacing.x = 0.0;
-        add(ui);
-    });
-}
-
 fn lengths(ui: &mut Ui, ctx: &Ctx<'_>, room: &DrawnRoom) {
     for (axis, word) in LENGTHS.into_iter().enumerate() {
-        row(ui, ctx.palette, word, |ui| {
+        row(ui, ctx.palette, word, NAME, |ui| {
             let mut length = f64::from(room.size[axis]);
             let drag = DragValue::new(&mut length)
                 .range(SIZES_M.0..=SIZES_M.1)
@@ -129,7 +113,7 @@ fn material(ui: &mut Ui, ctx: &Ctx<'_>, room: &DrawnRoom, wall: usize) {
     let plain = |name: &str| name.replace('_', " ");
     let chosen = table.iter().position(|(name, _)| *name == room.materials[wall]).unwrap_or(usize::MAX);
     let help = |index: usize| table.get(index).map_or(WALLS[wall].help(), |(_, entry)| entry.description.as_str());
-    row(ui, ctx.palette, WALLS[wall], |ui| {
+    row(ui, ctx.palette, WALLS[wall], NAME, |ui| {
         let names = table.iter().map(|(name, _)| plain(name));
         if let Some(index) = drop_down(ui, WALLS[wall].label(), &plain(&room.materials[wall]), names, chosen, help) {
             let mut room = room.clone();
@@ -140,21 +124,12 @@ fn material(ui: &mut Ui, ctx: &Ctx<'_>, room: &DrawnRoom, wall: usize) {
     });
 }
 
-/// Reverberation time of a scene's late part at a frequency, seconds.
-fn t60_s(scene: &Scene, hz: f32) -> f32 {
-    let times = &scene.tail().t60_s;
-    scene.bands().weights(hz).into_iter().map(|(band, weight)| weight * times[band]).sum()
-}
-
 impl RoomPanel {
     fn save(&mut self, ui: &mut Ui, ctx: &mut Ctx<'_>) {
         let palette = ctx.palette;
         if let Some(scene) = ctx.scene {
-            let middle = 0.5 * (t60_s(scene, 500.0) + t60_s(scene, 1000.0));
+            let middle = 0.5 * (late_t60_s(scene, 500.0) + late_t60_s(scene, 1000.0));
             fact(ui, palette, Word::Reverberation, &format!("{middle:.2} s"));
-            for (hz, name) in OCTAVES {
-                fact(ui, palette, name, &format!("{:.2} s", t60_s(scene, hz)));
-            }
         }
         let entered =
             field(ui, &mut self.title, "Name of the scene").lost_focus() && ui.input(|i| i.key_pressed(egui::Key::Enter));

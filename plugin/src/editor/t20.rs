@@ -8,6 +8,7 @@ use crate::answers::reverberation::Wanted;
 use crate::library::drawn_room::DrawnRoom;
 use crate::parameter::cast::narrow;
 use egui::{Align2, DragValue, Sense, Ui, Vec2};
+use promenade_core::{OCTAVES_HZ, Scene};
 use promenade_fault::with_causes;
 use promenade_room::{Some7, T20_S, measured_t20_s};
 use std::path::Path;
@@ -37,7 +38,8 @@ impl T20Part {
 
     fn lines(&mut self, ui: &mut Ui, ctx: &Ctx<'_>, room: &DrawnRoom) {
         ui.spacing_mut().item_spacing.y = 1.0;
-        let heard = |octave: usize| room.t20_s[octave].unwrap_or_else(|| present(ctx, octave));
+        let present = |octave: usize| ctx.scene.map_or(0.0, |scene| late_t60_s(scene, OCTAVES_HZ[octave]));
+        let heard = |octave: usize| room.t20_s[octave].unwrap_or_else(|| present(octave));
         for line in 0..OCTAVES.len().div_ceil(IN_LINE) {
             ui.horizontal(|ui| {
                 ui.spacing_mut().item_spacing.x = SPACE;
@@ -88,12 +90,10 @@ impl T20Part {
     }
 }
 
-/// The late part's reverberation time as it is heard, seconds.
-fn present(ctx: &Ctx<'_>, octave: usize) -> f32 {
-    let Some(scene) = ctx.scene else { return 0.0 };
+/// Reverberation time of a scene's late part at a frequency, seconds.
+pub(super) fn late_t60_s(scene: &Scene, hz: f32) -> f32 {
     let times = &scene.tail().t60_s;
-    let weights = scene.bands().weights(promenade_core::OCTAVES_HZ[octave]);
-    weights.into_iter().map(|(band, weight)| weight * times[band]).sum()
+    scene.bands().weights(hz).into_iter().map(|(band, weight)| weight * times[band]).sum()
 }
 
 fn time(ui: &mut Ui, ctx: &Ctx<'_>, room: &DrawnRoom, octave: usize, heard_s: f32, width: f32) {

@@ -36,8 +36,14 @@ pub fn field(ui: &mut Ui, text: &mut String, hint: &str) -> Response {
 
 /// A line of label and control: the label takes [`LABEL_WIDTH`], the control what is left.
 pub fn labelled<R>(ui: &mut Ui, palette: &Palette, word: Word, add: impl FnOnce(&mut Ui) -> R) -> R {
+    let width = LABEL_WIDTH.min(ui.available_width() * 0.4);
+    row(ui, palette, word, width, add)
+}
+
+/// A line of a label of some width, points, and a control.
+pub fn row<R>(ui: &mut Ui, palette: &Palette, word: Word, width: f32, add: impl FnOnce(&mut Ui) -> R) -> R {
     ui.horizontal(|ui| {
-        let size = Vec2::new(LABEL_WIDTH.min(ui.available_width() * 0.4), CONTROL);
+        let size = Vec2::new(width, CONTROL);
         let (rect, response) = ui.allocate_exact_size(size, Sense::hover());
         let galley = ui.painter().layout_no_wrap(word.label().to_owned(), Palette::body(), palette.soft);
         let at = rect.left_center() - Vec2::new(0.0, galley.size().y / 2.0);

@@ -119,7 +119,7 @@ table! {
         /// Drawer.
         Sound = ("Sound", "How loud the parts of what is heard are, how long the room rings, and how wide it is"),
         /// Sound.
-        Neutral = ("As it is", "Puts all of these back to where they change nothing"),
+        Neutral = ("Reset sound", "Puts all of these back to where they change nothing"),
         /// Drawer.
         DirectSound = ("Direct sound", "What both ears hear of the sound that comes straight from the source"),
         /// Direct sound.
@@ -163,14 +163,6 @@ table! {
         Volume = ("Volume", "Length times width times height, without furniture"),
         /// Room.
         Reverberation = ("T60", "Time in which the late sound falls by 60 dB, mean of 500 Hz and 1 kHz, as it is heard"),
-        /// Room.
-        Octave125 = ("125 Hz", "Time in which the late bass falls by 60 dB, as it is heard"),
-        /// Room.
-        Octave500 = ("500 Hz", "Time in which the late sound of middle pitch falls by 60 dB, as it is heard"),
-        /// Room.
-        Octave2k = ("2 kHz", "Time in which the late sound falls by 60 dB where speech has its consonants"),
-        /// Room.
-        Octave8k = ("8 kHz", "Time in which the late treble falls by 60 dB; air takes most of it in a large room"),
         /// Room.
         T20At125 = ("T 125", "T20 at 125 Hz as measured, seconds; walls follow it. In brackets: as heard; 0: as the materials"),
         /// Room.

@@ -17,7 +17,8 @@ pub const LOFT: FactoryScene = FactoryScene {
 };
 
 /// BLAKE3 of [`LOFT`], then of those before it. Projects name the loft by one of them, and play the newest.
-pub const LOFT_HASHES: [&str; 2] = [
+pub const LOFT_HASHES: [&str; 3] = [
+    "3ecbf40e0c8d4b42d634c444a9e2c962d67c9010403e1a15c7e2d5f9f61d0dba",
     "376e90fcc83c0ede09bccf21363390ed7b82f0de119fb05bff81473bb7507a56",
     "090f28b1ee624915198ae0a99e820f09da483975cfd7d69a9701ddfd7e291f40",
 ];

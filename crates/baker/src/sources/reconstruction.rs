@@ -15,7 +15,8 @@ use crate::sources::file::ending;
 use promenade_core::glam::Vec3;
 use promenade_core::network::Placement;
 use promenade_paths::PlacementOptions;
-use std::collections::HashMap;
+use promenade_paths::colmap::Lens;
+use std::collections::{BTreeMap, HashMap};
 use std::path::Path;
 
 /// Points that a reconstruction may have.
@@ -150,6 +151,14 @@ impl Reconstruction {
     /// A folder without a model, or a file of images that is damaged or too large.
     pub fn load_cameras(folder: &Path) -> Result<Vec<Camera>, BakeError> {
         colmap::cameras(&colmap::images(folder)?)
+    }
+
+    /// Reads the lenses of a COLMAP model by the ids of their cameras, for photographs.
+    ///
+    /// # Errors
+    /// A folder without a model, a file of cameras that is damaged or too large, lenses of a kind that is not known.
+    pub fn load_lenses(folder: &Path) -> Result<BTreeMap<u32, Lens>, BakeError> {
+        colmap::lenses(folder)
     }
 }
 

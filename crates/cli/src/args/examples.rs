@@ -55,7 +55,7 @@ pub(super) const EXAMPLES: [(&str, [&str; 2]); 36] = [
             "import model.safetensors -o scene.promenade --conv causal",
         ],
     ),
-    ("inspect", ["inspect hall.promenade", "inspect hall.promenade --cost --json"]),
+    ("inspect", ["inspect hall.promenade", "inspect hall.promenade --json"]),
     ("measure", ["measure hall.promenade --trade", "measure --response measured.wav --reference rendered.wav"]),
     (
         "map",

@@ -3,6 +3,7 @@
 use super::air::AirArgs;
 use super::figures::MarkdownFile;
 use super::mesh::MeshArgs;
+use super::pictures::PictureArgs;
 use super::simulate::parse_rule;
 use super::values::{parse_point, within};
 use clap::{Args, ValueEnum};
@@ -32,6 +33,8 @@ pub(crate) struct FitArgs {
     /// Edge of voxels at most, metres, with --per voxels [default: 0.25]
     #[arg(long, value_name = "METRES", value_parser = within(0.01, 100.0))]
     pub(crate) voxel: Option<f64>,
+    #[command(flatten)]
+    pub(crate) appearance: PictureArgs,
     /// Reflections of images
     #[arg(long, default_value_t = 8, value_parser = clap::value_parser!(u32).range(1..=20))]
     pub(crate) order: u32,

@@ -117,13 +117,13 @@ impl FullFit {
         let patch = |own: &VoxelFit, p: usize, patch: &Patch| {
             json!({
                 "surface": self.room.surfaces[patch.surface], "centre_m": patch.centre_m, "area_m2": patch.area_m2,
-                "absorption": own.absorption[p],
+                "guessed": own.guessed[p], "absorption": own.absorption[p],
             })
         };
         let patches = self.voxels.as_ref().map(|own| {
             let all = own.voxels.patches.iter().enumerate().map(|(p, one)| patch(own, p, one));
             json!({
-                "edge_m": own.voxels.edge_m, "all": all.collect::<Vec<_>>(),
+                "edge_m": own.voxels.edge_m, "shown": own.shown, "guesses_off": own.off, "all": all.collect::<Vec<_>>(),
             })
         });
         json!({
@@ -141,21 +141,36 @@ impl FullFit {
 
 fn surfaces(fit: &FullFit) -> String {
     let hz = row("Hz", fit.bands.centres_hz.iter().map(|hz| format!("{hz:.0}")));
-    let mut rows = vec![hz];
+    let mut rows = vec![hz.clone()];
     rows.extend(fit.surfaces.iter().map(|s| row(&s.name, s.absorption.iter().map(cell))));
     rows.push(row("scattering of all", fit.scattering.iter().map(cell)));
     let head = "\n## Surfaces\n\nAbsorption, with one standard error; ? where these data do not determine it.\n\n";
-    head.to_owned() + &markdown_table(&rows) + &fit.voxels.as_ref().map_or_else(String::new, patches)
+    head.to_owned() + &markdown_table(&rows) + &fit.voxels.as_ref().map_or_else(String::new, |own| patches(own, hz))
 }
 
-/// Patches of surfaces, and how many sound has met.
-fn patches(own: &VoxelFit) -> String {
+/// Patches of surfaces: how many sound has met, how many were guessed, and how far guesses are off.
+fn patches(own: &VoxelFit, hz: Vec<String>) -> String {
     let count = own.voxels.patches.len();
     let touched = (0..count).filter(|p| own.is_touched(*p)).count();
-    format!(
+    let guessed = own.guessed.iter().filter(|g| **g).count();
+    let text = format!(
         "\n## Patches\n\nSurfaces are in {count} patches of voxels of {} m, of which those above are the means. Sound that was \
-         measured tells of {touched} of them. The others are as their surface is in the mean.\n",
+         measured tells of {touched} of them.",
         own.voxels.edge_m
+    );
+    let Some(off) = &own.off else {
+        let rest = if own.shown > 0 {
+            "Pictures show too few of these to learn from"
+        } else {
+            "The others are as their surface is in the mean"
+        };
+        return format!("{text} {rest}.\n");
+    };
+    format!(
+        "{text} Pictures show {}; {guessed} that sound does not tell of were guessed from those that look alike. Where sound \
+         tells, such guesses are off by:\n\n{}",
+        own.shown,
+        markdown_table(&[hz, row("absorption", off.iter().map(|o| format!("{o:.2}")))])
     )
 }
 

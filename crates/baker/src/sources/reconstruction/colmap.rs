@@ -5,6 +5,7 @@ use crate::BakeError;
 use crate::sources::file::ending;
 use promenade_core::glam::Vec3;
 use promenade_paths::colmap;
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 /// Where a folder keeps a model.
@@ -26,6 +27,13 @@ pub(super) fn model(folder: &Path) -> Result<Model, BakeError> {
     let points = find(folder, &FOLDERS, "points3D")?;
     let beside = points.parent().unwrap_or(folder);
     Ok(Model { images: find(beside, &[""], "images")?, points })
+}
+
+/// The lenses beside the images.
+pub(super) fn lenses(folder: &Path) -> Result<BTreeMap<u32, colmap::Lens>, BakeError> {
+    let images = images(folder)?;
+    let path = find(images.parent().unwrap_or(folder), &[""], "cameras")?;
+    colmap::lenses(&path.display().to_string(), &file::bytes(&path)?)
 }
 
 pub(super) fn images(folder: &Path) -> Result<PathBuf, BakeError> {

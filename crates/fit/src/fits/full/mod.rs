@@ -4,6 +4,7 @@
 //! scattered sound, tied to the late part through rays. Places and walls move first, from coarse to fine frequencies; then
 //! surfaces and source.
 
+mod appearance_prior;
 mod descent;
 mod errors;
 mod field;

@@ -3,12 +3,14 @@
 //! Numbers sought are logits of absorption by patch and band. They are compared with the beginnings of responses as in the full
 //! fit, and tied to the late part through their means over each surface. What is known before is a field about a mean: smooth
 //! between neighbours and between bands, with edges where it must have them. The mean is what the whole surface was found to
-//! absorb.
+//! absorb, or, with pictures, what the appearance of a patch predicts from those of patches that sound has met.
 
+use super::appearance_prior::{AppearancePrior, learn, part};
 use super::field::Field;
 use super::fit::FullFit;
 use super::patches::VoxelFit;
 use super::schedule::{BEHIND_S, HIGHEST, LOWEST_HZ};
+use crate::appearance::Regressor;
 use crate::bands::{BANDS, Estimate, PerBand, logistic, logit};
 use crate::early::{Compared, Diffuse, EarlyModel, Geometry, Iterate, Stage, Unknowns, of_table};
 use crate::error::FitError;
@@ -20,15 +22,19 @@ use promenade_fourier::num_complex::Complex64;
 use rayon::prelude::*;
 use std::sync::Arc;
 
-/// Steps, responses in a step at most, and the first and last rate.
+/// Steps before and after appearance is learnt, responses in a step at most, the first and last rate, and what those of the
+/// regressor are slower by.
 const STEPS: usize = 60;
 const BATCH: usize = 12;
 const RATES: (f64, f64) = (0.15, 0.01);
+const SLOWER: f64 = 0.2;
 /// How far a field reaches, metres.
 const REACH_M: f64 = 1.0;
 /// A fit on its way.
 pub(super) struct PatchFitter<'a> {
     pub(super) voxels: Arc<Voxels>,
+    /// Features of each patch; none of those that no picture shows.
+    features: &'a [Option<Vec<f64>>],
     /// Standard deviation of logits over the table of materials.
     table: PerBand,
     room: FlatRoom,
@@ -46,16 +52,33 @@ pub(super) struct PatchFitter<'a> {
     seed: u64,
 }
 
+/// Features of each patch of a room's surfaces, none for those that no picture shows.
+type Features<'a> = &'a mut dyn FnMut(&FlatRoom, &Voxels) -> Result<Vec<Option<Vec<f64>>>, FitError>;
+
 impl FullFit {
-    /// This fit with a number for each patch of a surface that lies in one voxel of an edge of at most `edge_m`. `each` is told
-    /// the share of the work that is done.
+    /// This fit with a number for each patch of a surface that lies in one voxel of an edge of at most `edge_m`. `features` are
+    /// asked for each patch: as many for each that is shown by a picture, and none of those that are not. `each` is told the
+    /// share of the work that is done.
     ///
     /// # Errors
-    /// Those of [`FlatRoom::in_voxels`].
-    pub fn in_voxels(&self, set: &Measurements, edge_m: f64, seed: u64, each: &mut dyn FnMut(f64)) -> Result<Self, FitError> {
+    /// Those of [`FlatRoom::in_voxels`]; features that are not as many as patches, or not as many for each.
+    pub fn in_voxels(
+        &self,
+        set: &Measurements,
+        edge_m: f64,
+        seed: u64,
+        features: Features<'_>,
+        each: &mut dyn FnMut(f64),
+    ) -> Result<Self, FitError> {
         let room = self.room.in_voxels(edge_m)?;
         let Some(voxels) = room.voxels.clone() else { return Ok(self.clone()) };
-        let found = PatchFitter::new(self, set, (room.clone(), &voxels), seed)?.run(self, each);
+        let features = features(&room, &voxels)?;
+        let count = features.iter().flatten().next().map_or(0, Vec::len);
+        if features.len() != voxels.patches.len() || features.iter().flatten().any(|own| own.len() != count) {
+            let found = format!("{} of patches, {count} features of the first", features.len());
+            return Err(FitError::argument("features", format!("as many for each of {} patches", voxels.patches.len()), found));
+        }
+        let found = PatchFitter::new(self, set, (room.clone(), &voxels), &features, seed)?.run(self, each);
         let mut fit = self.clone();
         for (s, surface) in fit.surfaces.iter_mut().enumerate() {
             surface.absorption = found.surface(s);
@@ -71,6 +94,7 @@ impl<'a> PatchFitter<'a> {
         fit: &'a FullFit,
         set: &'a Measurements,
         (room, voxels): (FlatRoom, &Arc<Voxels>),
+        features: &'a [Option<Vec<f64>>],
         seed: u64,
     ) -> Result<Self, FitError> {
         let u = |surfaces: usize| Unknowns {
@@ -91,7 +115,7 @@ impl<'a> PatchFitter<'a> {
         let diffuse = tie.diffuse(&whole, &of_whole, &tie.early(fit.window_s + BEHIND_S), false);
         let chain_db = fit.chain_db(model.rate_hz);
         let (voxels, table) = (Arc::clone(voxels), fit.bands.of_material_octaves(&of_table().1));
-        Ok(Self { voxels, table, room, model, whole, tie, geometry, stage, diffuse, chain_db, of_whole, seed })
+        Ok(Self { voxels, features, table, room, model, whole, tie, geometry, stage, diffuse, chain_db, of_whole, seed })
     }
 
     fn run(&self, fit: &FullFit, each: &mut dyn FnMut(f64)) -> VoxelFit {
@@ -104,16 +128,66 @@ impl<'a> PatchFitter<'a> {
         let alone = (self.voxels.edge_m / REACH_M).powi(2);
         let rough = (4.0 * std::f64::consts::PI / (1.0 + 8.0 / alone).ln()).sqrt();
         let step = of_table().2 * fit.bands.octaves_apart().sqrt();
-        let field = Field { mean: (0..patches).map(whole).collect(), sd: vec![self.table; patches], step, rough, alone };
+        let mut field = Field { mean: (0..patches).map(whole).collect(), sd: vec![self.table; patches], step, rough, alone };
         // All numbers of the patches, and after them those of the whole that stay.
         let mut x: Vec<f64> = field.mean.iter().flatten().copied().collect();
         x.extend(&self.of_whole[self.whole.u.scattering(0)..]);
-        self.descend(&field, &mut x, &mut |share| each(0.9 * share));
-        self.result(&x, &field)
+        let shown = self.features.iter().any(Option::is_some);
+        let part = if shown { 0.45 } else { 0.9 };
+        self.descend(&mut field, &mut x, None, &[], &mut |share| each(part * share));
+        let errors = if shown { self.errors(&x, &field, &field.sd) } else { Vec::new() };
+        let learnt = learn((&self.voxels.patches, self.features), &x, &errors, &self.table, self.seed);
+        let regressor = learnt.map(|regressor| {
+            let (mut own, held) = self.with_appearance(regressor, &errors, &mut field, &mut x);
+            self.descend(&mut field, &mut x, Some(&mut own), &held, &mut |share| each(part * (1.0 + share)));
+            own.regressor
+        });
+        self.result(&x, &field, regressor.as_ref())
     }
 
-    /// Steps about a field.
-    fn descend(&self, field: &Field, x: &mut [f64], each: &mut dyn FnMut(f64)) {
+    /// Moves a field and numbers to what appearance says; tells which numbers sound tells of.
+    fn with_appearance(
+        &self,
+        regressor: Regressor,
+        errors: &[[(f64, bool); BANDS]],
+        field: &mut Field,
+        x: &mut [f64],
+    ) -> (AppearancePrior<'a>, Vec<bool>) {
+        // Bands of which too little is known to judge predictions follow the others.
+        let (table, patches) = (&self.table, &self.voxels.patches);
+        let sd: PerBand = std::array::from_fn(|b| regressor.off[b].min(table[b]));
+        let shares = std::array::from_fn(|b| sd[b].powi(-2) / (sd[b].powi(-2) + table[b].powi(-2)));
+        let own = AppearancePrior { regressor, features: self.features, whole: field.mean.clone(), shares };
+        field.mean = own.means();
+        let mut held = vec![false; patches.len() * BANDS];
+        for (p, features) in self.features.iter().enumerate() {
+            let Some(features) = features else { continue };
+            field.sd[p] = std::array::from_fn(|b| (sd[b].powi(-2) + table[b].powi(-2)).sqrt().recip());
+            let other = own.regressor.without(features, part(&patches[p]));
+            for b in 0..BANDS {
+                let (error, told) = errors[p][b];
+                let number = p * BANDS + b;
+                held[number] = told;
+                // What sound tells of counts by its standard error, beside a prediction that has not seen it; what it says
+                // nothing of begins at the prediction.
+                let mean = if told { shares[b] * other[b] + (1.0 - shares[b]) * own.whole[p][b] } else { field.mean[p][b] };
+                let trust = if told { error.powi(2) / (error.powi(2) + sd[b].powi(2)) } else { 1.0 };
+                x[number] += trust * (mean - x[number]);
+            }
+        }
+        (own, held)
+    }
+
+    /// Steps about a field; numbers that are `held` stay.
+    fn descend(
+        &self,
+        field: &mut Field,
+        x: &mut [f64],
+        mut learnt: Option<&mut AppearancePrior<'_>>,
+        held: &[bool],
+        each: &mut dyn FnMut(f64),
+    ) {
+        let hold = |by: &mut [f64]| by.iter_mut().zip(held).filter(|(_, held)| **held).for_each(|(by, _)| *by = 0.0);
         let places = self.model.u.places;
         let numbers = self.voxels.patches.len() * BANDS;
         let slopes = self.tie.slopes(&self.whole, &self.means(x), &self.chain_db);
@@ -127,8 +201,22 @@ impl<'a> PatchFitter<'a> {
             self.tie.add(&slopes, &self.whole, &means, weight, &mut by_means);
             self.by_patches(x, &means, &by_means, &mut by);
             let rate = RATES.0 * (RATES.1 / RATES.0).powf(step as f64 / STEPS as f64);
+            hold(&mut by);
+            if let Some(learnt) = &mut learnt {
+                learnt.step(&by, weight, SLOWER * rate);
+            }
             field.add(&self.voxels, x, weight, &mut by);
+            hold(&mut by);
             adam.step(&mut x[..numbers], &by, &vec![rate; numbers]);
+            if let Some(learnt) = &learnt {
+                // Numbers move with their means.
+                for (p, (own, mean)) in learnt.means().into_iter().zip(&mut field.mean).enumerate() {
+                    for b in (0..BANDS).filter(|b| !held[p * BANDS + b]) {
+                        x[p * BANDS + b] += own[b] - mean[b];
+                    }
+                    *mean = own;
+                }
+            }
             each((step + 1) as f64 / STEPS as f64);
         }
     }
@@ -181,16 +269,24 @@ impl<'a> PatchFitter<'a> {
         }
     }
 
-    fn result(&self, x: &[f64], field: &Field) -> VoxelFit {
-        let count = self.voxels.patches.len();
-        let known = self.errors(x, field, &field.sd);
-        let estimate = |p: usize, b: usize| Estimate::of_logit(x[p * BANDS + b], known[p][b].0, known[p][b].1);
+    fn result(&self, x: &[f64], field: &Field, regressor: Option<&Regressor>) -> VoxelFit {
+        let (features, count) = (self.features, self.features.len());
+        let (told, known) = (self.errors(x, field, &vec![self.table; count]), self.errors(x, field, &field.sd));
+        let estimate = |p: usize, b: usize| Estimate::of_logit(x[p * BANDS + b], known[p][b].0, told[p][b].1);
         let stage = self.model.stage(Compared::Magnitudes, (LOWEST_HZ, HIGHEST * self.model.rate_hz));
         let left = self.mean_loss(&Iterate { stage: &stage, ..self.at(x) });
-        VoxelFit {
+        let mean = |b: usize| (0..count).map(|p| estimate(p, b).value).sum::<f64>() / count as f64;
+        let off = |r: &Regressor| std::array::from_fn(|b| r.off[b].min(self.table[b]) * mean(b) * (1.0 - mean(b)));
+        let mut found = VoxelFit {
             voxels: Arc::clone(&self.voxels),
             absorption: (0..count).map(|p| std::array::from_fn(|b| estimate(p, b))).collect(),
+            guessed: Vec::new(),
+            off: regressor.map(off),
+            shown: features.iter().flatten().count(),
             left,
-        }
+        };
+        let guessed = |p: usize| regressor.is_some() && features[p].is_some() && !found.is_touched(p);
+        found.guessed = (0..count).map(guessed).collect();
+        found
     }
 }

@@ -11,6 +11,13 @@ pub struct VoxelFit {
     pub voxels: Arc<Voxels>,
     /// Absorption of each by band.
     pub absorption: Vec<[Estimate; BANDS]>,
+    /// Whether a piece was guessed from pictures, since no sound that was heard tells of it.
+    pub guessed: Vec<bool>,
+    /// How far guesses from pictures are off where sound tells what is right, by band, as a share of absorption at the mean;
+    /// none without pictures or where these predict nothing.
+    pub off: Option<PerBand>,
+    /// Pieces that pictures show.
+    pub shown: usize,
     /// Mean difference of logarithms that is left.
     pub left: f64,
 }
