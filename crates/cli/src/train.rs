@@ -10,7 +10,7 @@ use crate::{plot, report};
 use anyhow::{Context, Result};
 use promenade_baker::anchors::AnchorSet;
 use promenade_baker::evaluate::{EvaluateOptions, Evaluation, Figure, evaluate};
-use promenade_baker::{Capture, atomic, file};
+use promenade_baker::{Capture, Split, atomic, file};
 use promenade_core::{Pose, Provenance, Scene};
 use promenade_trainer::{Checkpoint, CurvePoint, Device, TrainSettings, Trainer};
 use std::path::Path;
@@ -103,11 +103,15 @@ impl<'a> Prepared<'a> {
         Ok(Scene::from_bytes(&bytes)?)
     }
 
-    /// The scene of a simulated room on the test clips of its emitter, as `eval` judges it.
-    pub(crate) fn judge(&self, scene: Scene, baselines: bool) -> Result<Evaluation> {
+    /// The scene of a simulated room on the test clips of its emitter, where there are some, as `eval` judges it.
+    pub(crate) fn judge(&self, scene: Scene, baselines: bool) -> Result<Option<Evaluation>> {
         let number = self.emitter.unwrap_or(0);
         let mut capture = self.capture.clone();
         capture.judge_by(&capture.emitters[number].name.clone())?;
+        if capture.split(Split::Test).next().is_none() {
+            report::note("there is no test clip of the scene's emitter alone, so that it is not judged");
+            return Ok(None);
+        }
         let judged = evaluate(&Arc::new(scene), &capture, &EvaluateOptions { baselines, ..EvaluateOptions::default() })?;
         let of = |figure| judged.methods[0].mean.get(figure).unwrap_or(f64::NAN);
         report::line(format_args!(
@@ -116,7 +120,7 @@ impl<'a> Prepared<'a> {
             of(Figure::AvcloudLre),
             of(Figure::AvcloudEnv)
         ));
-        Ok(judged)
+        Ok(Some(judged))
     }
 }
 

@@ -29,19 +29,19 @@ pub(crate) fn run(args: &TrainArgs) -> Result<()> {
     }
     let made = prepared.scene(&mut trainer)?;
     report::line(format_args!("{}: the fitted room and {steps} steps", args.output.display()));
-    let judged = prepared.judge(made, true)?;
+    let title = made.title().to_owned();
+    let judged = prepared.judge(made, true)?.map(|judged| figures(&judged)).unwrap_or_default();
     let text = format!(
-        "# {}\n\nWhat recordings gave a coarse room.\n\n## Decays\n\n{}\n## Validation\n\nClips that the network was not told \
-         of; {steps} of {} steps are used.\n\n{}\n## Test clips\n\n{}",
-        judged.scene,
+        "# {title}\n\nWhat recordings gave a coarse room.\n\n## Decays\n\n{}\n## Validation\n\nClips that the network was not \
+         told of; {steps} of {} steps are used.\n\n{}\n## Test clips\n\n{}",
         report::table(&decays, true),
         prepared.settings.steps,
         report::table(&course, true),
-        report::table(&figures(&judged), true)
+        report::table(&judged, true)
     );
     let file = args.output.with_extension("report.md");
     atomic::write(&file, text.as_bytes())?;
-    report::print(&report::table(&figures(&judged), false))?;
+    report::print(&report::table(&judged, false))?;
     report::line(file.display());
     Ok(())
 }
