@@ -113,8 +113,8 @@ fn of_slot<H: Host>(slot: f64) -> H {
     host
 }
 
-/// Seconds pass before it is known what less of a scene may be played: other instances, projects that are opened and a host that
-/// is closed do not wait for that.
+/// Seconds pass before it is known what less of a scene may be played: other instances, projects that are opened and a host
+/// that is closed do not wait for that.
 fn a_search_for_less_of_a_scene_holds_nobody_up<H: Host>() {
     in_library(fill_to_search, |_| {
         let signal = noise(4_800);

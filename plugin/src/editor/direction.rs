@@ -17,8 +17,8 @@ pub(super) fn seen_from(pose: &Pose, world: Vec3) -> (f32, f32, f32) {
     to_polar(pose.to_head(world)).into()
 }
 
-/// A head from above with the emitter round it, and gauges of level and time, which lean to the side that the sound seems to come
-/// from.
+/// A head from above with the emitter round it, and gauges of level and time, which lean to the side that the sound seems to
+/// come from.
 pub(super) fn dial(ui: &mut Ui, ctx: &Ctx<'_>) {
     let rect = ui.max_rect();
     let circle = Rect::from_min_size(rect.min + vec2(0.0, 4.0), Vec2::splat((rect.height() - 8.0).min(108.0)));

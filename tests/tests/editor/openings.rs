@@ -170,8 +170,8 @@ fn closing_writes_nothing_into_the_log<H: Host>() {
     assert!(log.as_ref().is_none_or(|log| !log.contains("WARN")), "{log:?}");
 }
 
-/// Hosts of every scale that are busy or slow: each window of each plugin is drawn to its corners, and its panels are as wide as
-/// in others.
+/// Hosts of every scale that are busy or slow: each window of each plugin is drawn to its corners, and its panels are as wide
+/// as in others.
 /// `PROMENADE_EDITOR_OPENINGS` is how often it is opened.
 fn openings_at_mixed_scales_are_neither_blank_nor_cut<H: Host>() {
     let (width, height) = (720_u32, 480_u32);

@@ -222,7 +222,8 @@ impl AmbisonicBus {
     }
 
     pub(crate) fn memory_bytes(&self) -> usize {
-        self.convolver.as_ref().map_or(0, HeadConvolver::memory_bytes) + self.bus.memory_bytes() + 2 * size_of_val(&*self.heard[0])
+        let convolver = self.convolver.as_ref().map_or(0, HeadConvolver::memory_bytes);
+        convolver + self.bus.memory_bytes() + 2 * size_of_val(&*self.heard[0])
     }
 }
 

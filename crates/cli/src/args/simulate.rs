@@ -188,9 +188,9 @@ pub(crate) struct SimulateBoxArgs {
     /// Where the sound comes from, metres
     #[arg(long, value_name = "X,Y,Z", value_parser = parse_point)]
     pub(crate) emitter: Vec3,
-    /// Materials of the walls, ABSORPTION[:SCATTERING] each, names of `simulate materials` or numbers, 1 or with slashes between
-    /// 7 for the octaves from 125 Hz to 8 kHz: of all walls or of six parted by semicolons: x = 0, x = X, y = 0, y = Y, floor,
-    /// ceiling
+    /// Materials of the walls, ABSORPTION[:SCATTERING] each, names of `simulate materials` or numbers, 1 or with slashes
+    /// between 7 for the octaves from 125 Hz to 8 kHz: of all walls or of six parted by semicolons: x = 0, x = X, y = 0, y = Y,
+    /// floor, ceiling
     #[arg(long, value_name = "M", default_value = "0.2", value_parser = parse_walls)]
     pub(crate) materials: [Material; 6],
     #[command(flatten)]

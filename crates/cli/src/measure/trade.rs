@@ -67,7 +67,7 @@ pub(crate) fn words(setting: Setting, of: &Scene) -> String {
 fn sentence(chosen: Option<&FrontPoint>, of: &Scene, within: f32) -> String {
     match chosen {
         Some(p) => format!(
-            "Within {within} JND: {} ({:.0} % of the operations, {:.2} JND by {}). `promenade render --within {within}` plays it.",
+            "Within {within} JND: {} ({:.0} % of the operations, {:.2} JND by {}). `render --within {within}` plays it.",
             words(p.setting, of),
             100.0 * p.cost,
             p.error.jnds,

@@ -20,8 +20,8 @@ impl Write for Hash {
     }
 }
 
-/// Where a part of a run lies among others: its name has its number, how many there are, and a hash (BLAKE3) of this version and
-/// of all that decides what the run computes. Numbers are hashed as `Debug` prints them, which tells any two apart.
+/// Where a part of a run lies among others: its name has its number, how many there are, and a hash (BLAKE3) of this version
+/// and of all that decides what the run computes. Numbers are hashed as `Debug` prints them, which tells any two apart.
 #[must_use]
 pub fn part_folder(among: &Path, part: Part, run: &[&dyn Debug]) -> PathBuf {
     let mut hash = Hash(blake3::Hasher::new());
