@@ -33,7 +33,7 @@ fn an_option_of_import_replaces_one_quantity_of_the_anchor_files_placement() {
     assert_eq!(
         recipe,
         "promenade import sh.safetensors --up 0,-1,0 --anchors anchors.safetensors --bounds 0,0,0,4,3,2 \
-         --start 1,2,1,90,0,0 --taps 32 --conv look-ahead --projection diagonal --seed 1"
+         --start 1,2,1,90,0,0 --taps 32 --conv off --projection diagonal --seed 1"
     );
     let said = fails(&["import", &weights, "--anchors", &anchors, "-o", &out, "--origin", "first"]);
     assert!(said.contains("option origin: expected keep or a point, where there are no cameras, found first"), "{said}");

@@ -126,9 +126,7 @@ fn a_box_is_simulated_along_a_walk() {
         places[0].distance(Vec3::new(0.4, 2.0, 1.4)) < 1e-5 && places[1].distance(Vec3::new(5.6, 2.0, 1.4)) < 1e-5,
         "{places:?}"
     );
-    succeeds(
-        &[&room[..], &["-o", &out, "--poses", "7", "--length", "0.1", "--materials", "0.1;0.1;0.2;0.2;0.4;0.6"]].concat(),
-    );
+    succeeds(&[&room[..], &["-o", &out, "--poses", "7", "--length", "0.1", "--materials", "0.1;0.1;0.2;0.2;0.4;0.6"]].concat());
     assert_eq!(Responses::load(Path::new(&out), &LoadOptions::default()).unwrap().responses.len(), 7);
 
     let wide = text("wide.csv");

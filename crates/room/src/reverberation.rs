@@ -194,14 +194,13 @@ pub fn match_room_t20(
     Ok((matched, room))
 }
 
+/// Times that walls have with factors by octave.
+type EyringOf<'a> = &'a dyn Fn(&[f64; BANDS]) -> Result<[f64; BANDS], RoomError>;
+type T20Of<'a> = &'a dyn Fn(&[f64; BANDS], (f64, f64)) -> Result<Some7, RoomError>;
+
 /// Factors by octave with which `t20` gives the times that are asked for; it is told the shortest and the longest of them, and
 /// `eyring` gives the times without air.
-fn matched(
-    air: Air,
-    wanted_s: &Some7,
-    eyring: &dyn Fn(&[f64; BANDS]) -> Result<[f64; BANDS], RoomError>,
-    t20: &dyn Fn(&[f64; BANDS], (f64, f64)) -> Result<Some7, RoomError>,
-) -> Result<Matched, RoomError> {
+fn matched(air: Air, wanted_s: &Some7, eyring: EyringOf<'_>, t20: T20Of<'_>) -> Result<Matched, RoomError> {
     let all: Vec<f64> = wanted_s.iter().flatten().copied().collect();
     if all.is_empty() || !all.iter().all(|t| (T20_S.0..=T20_S.1).contains(t)) {
         let expected = format!("{} to {} s, in one octave at least", T20_S.0, T20_S.1);

@@ -39,7 +39,7 @@ struct Front {
 
 impl Default for Account {
     fn default() -> Self {
-        let full = || AtomicU8::new(Grant::FULL.index() as u8);
+        let full = || AtomicU8::new(Grant::FULL.index());
         Self {
             powers: [const { AtomicU32::new(0) }; BANDS],
             whole: AtomicU32::new(0),
@@ -106,7 +106,7 @@ impl Account {
     /// Audio thread; no allocation, lock or I/O.
     pub(super) fn note(&self, powers: [f32; BANDS], most: AccuracyChoice) {
         self.powers.iter().zip(powers).for_each(|(held, power)| held.store(power.to_bits(), Ordering::Relaxed));
-        self.most.store(Grant::from(most).index() as u8, Ordering::Relaxed);
+        self.most.store(Grant::from(most).index(), Ordering::Relaxed);
     }
 
     pub(super) fn claim(&self) -> Claim {
@@ -117,7 +117,7 @@ impl Account {
             point.map_or(Point { share: 1.0, jnds: 0.0 }, |point| Point { share: point.cost, jnds: point.error.jnds })
         };
         let mut points = [Point { share: 0.0, jnds: 0.0 }; Grant::COUNT];
-        Grant::all().skip(1).for_each(|grant| points[grant.index()] = point(grant));
+        Grant::all().skip(1).for_each(|grant| points[usize::from(grant.index())] = point(grant));
         let accuracy = Grant::of_index(self.accuracy.load(Ordering::Relaxed));
         let is_kept = front.changed.is_some_and(|changed| changed.elapsed() < KEPT);
         Claim {
@@ -131,8 +131,8 @@ impl Account {
     }
 
     pub(super) fn give(&self, grant: Grant) {
-        self.held.store(grant.index() as u8, Ordering::Relaxed);
-        let accuracy = grant.index() as u8;
+        self.held.store(grant.index(), Ordering::Relaxed);
+        let accuracy = grant.index();
         if grant > Grant::WAITS && self.accuracy.swap(accuracy, Ordering::Relaxed) != accuracy {
             lock(&self.front).changed = Some(Instant::now());
         }

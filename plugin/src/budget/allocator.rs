@@ -45,7 +45,7 @@ impl Claim {
     }
 
     fn cost(&self, grant: Grant) -> f32 {
-        self.whole * if grant == Grant::WAITS { WAITING } else { self.points[grant.index()].share }
+        self.whole * if grant == Grant::WAITS { WAITING } else { self.points[usize::from(grant.index())].share }
     }
 
     /// What the mix, of so much in each band, is off by with a grant, mean of the bands that are heard, dB. What is louder in a
@@ -58,7 +58,7 @@ impl Claim {
             if grant == Grant::WAITS {
                 (-10.0 * (1.0 - share).max(1e-6).log10()).min(MOST_DB)
             } else {
-                share * self.points[grant.index()].jnds
+                share * self.points[usize::from(grant.index())].jnds
             }
         };
         let (sum, count) = heard.map(off).fold((0.0, 0.0_f32), |(sum, count), off| (sum + off, count + 1.0));

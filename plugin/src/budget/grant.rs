@@ -30,8 +30,8 @@ impl Grant {
         Self(index.min(ACCURACIES))
     }
 
-    pub(super) fn index(self) -> usize {
-        usize::from(self.0)
+    pub(super) fn index(self) -> u8 {
+        self.0
     }
 
     /// How near to all of the scene it is played; `None` for one that waits.
