@@ -283,7 +283,12 @@ const tests = {
     check((await page.evaluate(() => promenade.voices.rooms.size)) === 1, "both are played by one engine");
     // Dragged over the plan by a hundred pixels.
     const at = () => page.evaluate(() => promenade.stage.sounds[1].position);
-    const before = await at();
+    // It is put before the listener some time after it has loaded.
+    let before;
+    do {
+      before = await at();
+      await page.waitForTimeout(300);
+    } while (String(before) !== String(await at()));
     const [x, y] = await page.evaluate(async () => {
       const { project } = await import("./turns.js");
       const { stage, listener } = promenade;
@@ -370,13 +375,13 @@ const tests = {
 
   async "an accuracy plays less of a scene, and auto what is affordable"() {
     const page = await listening();
-    const images = () => page.evaluate(() => promenade.voices.voices[0].loaded.place.images);
+    const images = () => page.evaluate(() => promenade.voices.voices[0].loaded.place.description.images);
     const all = await images();
     await page.selectOption("#accuracy", "2");
-    await until(page, "less of the scene", (all) => promenade.voices.voices[0].loaded.place.images < all, all);
+    await until(page, "less of the scene", (all) => promenade.voices.voices[0].loaded.place.description.images < all, all);
     const less = await images();
     await page.selectOption("#accuracy", "auto");
-    await until(page, "all of it again", (all) => promenade.voices.voices[0].loaded.place.images === all, all);
+    await until(page, "all of it again", (all) => promenade.voices.voices[0].loaded.place.description.images === all, all);
     const { load } = await heardTo(page, "what it takes", (report) => report.load !== undefined);
     await page.close();
     return `${less} of ${all} images, ${(100 * load).toFixed(0)} % of the time`;
