@@ -10,10 +10,7 @@
 //! let set = Measurements::load("hall".as_ref(), &LoadOptions::default())?;
 //! // The room as it is known: a box of these lengths, whose walls may be off.
 //! let room = FlatRoom::of_box(Walls::of_size([9.7, 5.5, 2.7])?)?;
-//! let fit = full_fit(&room, &set, &FullOptions::default(), &mut |share| {
-//!     println!("{:.0} %", 100.0 * share);
-//!     Ok(())
-//! })?;
+//! let fit = full_fit(&room, &set, &FullOptions::default(), &mut |share| println!("{:.0} %", 100.0 * share))?;
 //! println!("{} surfaces", fit.surfaces.len());
 //! # Ok::<(), promenade_fit::FitError>(())
 //! ```
