@@ -123,8 +123,15 @@ impl Built {
 
     /// A command of cargo over the whole workspace.
     pub(crate) fn cargo(&self, command: &str) -> Command {
+        self.cargo_with(command, |_| true)
+    }
+
+    /// One with the features of some packages alone: cargo refuses those of packages that are left out.
+    pub(crate) fn cargo_with(&self, command: &str, takes: impl Fn(&str) -> bool) -> Command {
+        let taken = |feature: &&str| feature.split('/').next().is_some_and(&takes);
+        let features: Vec<&str> = self.features.split(',').filter(taken).collect();
         let mut cargo = cargo(command);
-        cargo.args(["--workspace", "--features", &self.features]);
+        cargo.args(["--workspace", "--features", &features.join(",")]);
         // Each time, because a change of these compiles the sanitizer again.
         if let Some(library) = &self.sanitizer {
             cargo.env("RTSAN_ENABLE", "1").env("RTSAN_LIB_PATH", library);

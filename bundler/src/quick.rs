@@ -29,7 +29,7 @@ pub(crate) fn test(root: &Path) -> Result<()> {
     let above = with_dependents(packages, &changed);
     let built = Built::new(screen::has_packages())?;
     let only = |command: &str, names: &BTreeSet<&str>| {
-        let mut cargo = built.cargo(command);
+        let mut cargo = built.cargo_with(command, |package| names.contains(package));
         for package in packages.iter().filter(|package| !names.contains(package.name.as_str())) {
             cargo.args(["--exclude", package.name.as_str()]);
         }

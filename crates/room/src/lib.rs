@@ -50,7 +50,9 @@ pub use error::RoomError;
 pub use late::{
     HopEnergies, LONGEST_EARLY_S, LateEnergies, SHORTEST_EARLY_S, early_taps, late_gain, sided, t20_end, time_filters,
 };
-pub use reverberation::{Matched, Missed, Some7, T20_S, factored, match_room_t20, match_t20, measured_t20_s, t20_s};
+#[cfg(feature = "meshes")]
+pub use reverberation::match_room_t20;
+pub use reverberation::{Matched, Missed, Some7, T20_S, factored, match_t20, measured_t20_s, t20_s};
 pub use scene_head::SceneHead;
 pub use shoebox_room::{PLAYED_IMAGES, SIZES_M, SceneOptions, ShoeboxRoom};
 pub use surfaces::{LatePart, Places, Played, PlayedImage, Surfaces, outline};

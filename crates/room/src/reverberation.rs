@@ -4,10 +4,9 @@
 //! averaging). The same particles fly for any absorption, so that T20 changes smoothly with it.
 
 use crate::error::RoomError;
-use promenade_acoustics::{
-    Air, BANDS, Echogram, Material, Mesh, OCTAVES_HZ, ParticleOptions, RayOptions, Room, Shoebox, Source, decay_time_s,
-    late_field, octave_place,
-};
+use promenade_acoustics::{Air, BANDS, Echogram, Material, OCTAVES_HZ, ParticleOptions, Shoebox, decay_time_s, octave_place};
+#[cfg(feature = "meshes")]
+use promenade_acoustics::{Mesh, RayOptions, Room, Source, late_field};
 use std::f64::consts::LN_10;
 use std::fmt::{self, Display, Formatter};
 
@@ -18,6 +17,7 @@ pub const T20_S: (f64, f64) = (0.05, 20.0);
 const PARTICLES_A_SECOND: f64 = 49_152.0;
 const PARTICLES: (f64, f64) = (8192.0, 98_304.0);
 /// Rays in the room of a mesh.
+#[cfg(feature = "meshes")]
 const RAYS: usize = 8192;
 /// Bins of a trace at least and at most, and of the shortest T20.
 const BINS: (f64, f64, f64) = (240.0, 4000.0, 60.0);
@@ -165,6 +165,7 @@ pub fn match_t20(walls: &Shoebox, air: Air, source: [f64; 3], wanted_s: &Some7, 
 ///
 /// # Errors
 /// Those of [`match_t20`]; no listener, or one that is not finite.
+#[cfg(feature = "meshes")]
 pub fn match_room_t20(
     (mesh, room): (&Mesh, &Room),
     air: Air,
@@ -341,6 +342,7 @@ mod tests {
         assert_eq!(after.materials[2].scattering, room.materials[2].scattering);
     }
 
+    #[cfg(feature = "meshes")]
     #[test]
     fn a_mesh_follows_the_times_that_are_asked_for() {
         let (size, wall) = ([6.0, 4.0, 3.0], Materials::default().material("0.2:0.1").unwrap());
