@@ -31,7 +31,7 @@ const MOST_SWAPS: usize = 10;
 const LEAST_JNDS: f32 = 0.01;
 
 /// The front of a scene: settings of which none costs no more than another and errs no more, all of the scene first. For each
-/// of [`STANDARD_JNDS`], and for one more error, there is one that stays within it, if any does. Costs are counts of
+/// of some limits, as [`STANDARD_JNDS`], there is one that stays within it, if any does. Costs are counts of
 /// operations, so that a scene has one front on all machines.
 ///
 /// From all of the scene on, each step is the one that saves most for the error that it adds, by what each step does alone; how
@@ -40,11 +40,11 @@ const LEAST_JNDS: f32 = 0.01;
 ///
 /// # Errors
 /// The result is no longer wanted, or what is heard cannot be compared.
-pub fn front(scene: &Arc<Scene>, within: f32, wanted: &(dyn Fn() -> bool + Sync)) -> Result<Vec<FrontPoint>, JudgeError> {
+pub fn front(scene: &Arc<Scene>, limits: &[f32], wanted: &(dyn Fn() -> bool + Sync)) -> Result<Vec<FrontPoint>, JudgeError> {
     let mut search = Search::new(scene, wanted)?;
     let path = search.path()?;
     search.check(search.all())?;
-    for limit in STANDARD_JNDS.into_iter().chain([within]) {
+    for limit in limits.iter().copied() {
         let mut asked = limit;
         for _ in 0..TRIES {
             let setting = search.along(&path, asked)?;
@@ -93,7 +93,7 @@ pub fn scene_within(
     wanted: &(dyn Fn() -> bool + Sync),
 ) -> Result<(Arc<Scene>, FrontPoint), JudgeError> {
     let own = &scene.parts().front;
-    let found = if own.is_empty() { front(scene, jnds, wanted)? } else { own.clone() };
+    let found = if own.is_empty() { front(scene, &[jnds], wanted)? } else { own.clone() };
     let all = FrontPoint { setting: Setting::ALL.of(scene), error: largest(&[]), cost: 1.0 };
     let point = *FrontPoint::within(&found, jnds).unwrap_or(&all);
     let kept = scene.with_setting(point.setting).map_or_else(|| Arc::clone(scene), Arc::new);
@@ -340,10 +340,10 @@ mod tests {
     #[test]
     fn a_front_falls_and_has_what_is_asked_for_within_its_error() {
         let scene = room_with_images(8_000.0, 0.2, 0.05, 20);
-        let points = front(&scene, 1.0, &|| true).unwrap();
+        let points = front(&scene, &STANDARD_JNDS, &|| true).unwrap();
         assert_eq!(points[0].error.jnds, 0.0);
         assert!(points.windows(2).all(|p| p[0].cost > p[1].cost && p[0].error.jnds < p[1].error.jnds), "{points:?}");
-        assert_eq!(points, front(&scene, 1.0, &|| true).unwrap(), "another front of the same scene");
+        assert_eq!(points, front(&scene, &STANDARD_JNDS, &|| true).unwrap(), "another front of the same scene");
         let costs = STANDARD_JNDS.map(|jnds| FrontPoint::within(&points, jnds).unwrap().cost);
         assert!(costs.windows(2).all(|pair| pair[1] <= pair[0]) && costs[3] < 0.9, "{costs:?}");
         // What a file carries is taken as it is.
@@ -353,6 +353,6 @@ mod tests {
         let (kept, point) = scene_within(&carrying, 1.0, &|| false).unwrap();
         assert_eq!(Some(&point), FrontPoint::within(&points, 1.0));
         assert_eq!(point.setting, Setting::ALL.of(&kept));
-        assert_eq!(front(&scene, 1.0, &|| false), Err(JudgeError::Unwanted));
+        assert_eq!(front(&scene, &STANDARD_JNDS, &|| false), Err(JudgeError::Unwanted));
     }
 }
