@@ -5,7 +5,6 @@ mod listener;
 mod response;
 mod trade;
 
-
 use crate::args::MeasureArgs;
 use crate::{report, scene};
 use anyhow::{Result, bail};

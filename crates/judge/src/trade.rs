@@ -11,49 +11,57 @@ pub use crate::audible::{JND_DB, JND_DECAY, JND_ITD_S, errors_to_measurements, l
 
 /// Differences in just noticed ones that fronts are made for.
 pub const STANDARD_JNDS: [f32; 4] = [0.25, 0.5, 1.0, 2.0];
-/// Poses at which settings are compared, and the course's seed.
-const POSES: usize = 20;
+/// Poses at which each step is measured, beside one way, and the course's seed.
+const POSES: usize = 6;
 const SEED: u64 = 1;
 const OTHER_WAYS: usize = 3;
-/// Other ways on which what was chosen is checked, their seed, and how often less is asked for where it errs more there.
-const CHECKED_WAYS: usize = 2;
+/// Poses and ways at which what was chosen is checked, their seed, and how often it is chosen anew.
+const CHECKED_POSES: usize = 32;
+const CHECKED_WAYS: usize = 5;
 const CHECKED_SEED: u64 = 3;
 const TRIES: usize = 5;
+/// An error of this share of its limit is near enough to it, and what is asked for next aims at that one.
+const NEAR: f32 = 0.85;
+const AIM: f32 = 0.93;
 /// Rate at which operations are counted, Hz.
 const RATE_HZ: f64 = 48_000.0;
 /// Shares of the taps and of the images that are tried.
 const SHARES: [f64; 8] = [0.92, 0.83, 0.7, 0.55, 0.4, 0.28, 0.18, 0.1];
 /// Decodes a second that are tried; none where the scene has a table.
 const DECODES: [usize; 5] = [30, 20, 10, 5, 0];
-/// Exchanges of one lever for another that are tried at a time.
-const MOST_SWAPS: usize = 10;
+/// Steps and exchanges of levers that are tried at a time, how many in all before it is as good as it gets, and how far above
+/// the limit they may be foretold.
+const TRIED: usize = 4;
+const MOST_TRIED: usize = 8;
+const HOPEFUL: f32 = 1.25;
 /// What a step adds to the error at least, so that free ones are compared by what they save.
 const LEAST_JNDS: f32 = 0.01;
 
 /// The front of a scene: settings of which none costs no more than another and errs no more, all of the scene first. For each
-/// of some limits, as [`STANDARD_JNDS`], there is one that stays within it, if any does. Costs are counts of
-/// operations, so that a scene has one front on all machines.
+/// of some limits, as [`STANDARD_JNDS`], there is one that stays within it, if any does. Costs are counts of operations, so that
+/// a scene has one front on all machines.
 ///
 /// From all of the scene on, each step is the one that saves most for the error that it adds, by what each step does alone; how
-/// far one may go is measured with all steps together. What is chosen is measured at as many other poses and on other ways, and
-/// has the larger of both errors; where that is too large, less is asked for.
+/// far one may go is measured with all steps together, at few poses. What is chosen has the error that is measured at many
+/// others; by that one less or more is asked for.
 ///
 /// # Errors
 /// The result is no longer wanted, or what is heard cannot be compared.
 pub fn front(scene: &Arc<Scene>, limits: &[f32], wanted: &(dyn Fn() -> bool + Sync)) -> Result<Vec<FrontPoint>, JudgeError> {
     let mut search = Search::new(scene, wanted)?;
     let path = search.path()?;
-    search.check(search.all())?;
-    for limit in limits.iter().copied() {
-        let mut asked = limit;
-        for _ in 0..TRIES {
-            let setting = search.along(&path, asked)?;
-            let error = search.check(setting)?.jnds;
-            if error <= limit {
-                break;
-            }
-            asked *= (limit / error).min(0.9);
-        }
+    search.check(&[search.all()])?;
+    let mut open: Vec<(f32, f32)> = limits.iter().map(|limit| (*limit, *limit)).collect();
+    for _ in 0..TRIES {
+        let chosen: Vec<Setting> = open.iter().map(|(_, asked)| search.along(&path, *asked)).collect::<Result<_, _>>()?;
+        let known: Vec<bool> = chosen.iter().map(|setting| search.error(*setting).is_some()).collect();
+        search.check(&chosen)?;
+        let next = |(((limit, asked), setting), known): (((f32, f32), Setting), bool)| {
+            let error = search.error(setting)?.jnds;
+            let enough = error <= limit && (error >= NEAR * limit || known);
+            (!enough).then(|| (limit, asked * (AIM * limit / error.max(0.1 * limit)).clamp(0.5, 1.5)))
+        };
+        open = open.into_iter().zip(chosen).zip(known).filter_map(next).collect();
     }
     Ok(search.points())
 }
@@ -72,15 +80,15 @@ pub fn elsewhere(scene: &Arc<Scene>, settings: &[Setting], poses: usize) -> Resu
     each(settings, one).into_iter().collect()
 }
 
-/// What a closure makes of each of some settings, on all processors where that is built.
-fn each<T: Send>(settings: &[Setting], one: impl Fn(&Setting) -> T + Sync + Send) -> Vec<T> {
+/// What a closure makes of each of some items, on all processors where that is built.
+fn each<I: Sync, T: Send>(items: &[I], one: impl Fn(&I) -> T + Sync + Send) -> Vec<T> {
     #[cfg(feature = "rayon")]
     return rayon::prelude::ParallelIterator::collect(rayon::prelude::ParallelIterator::map(
-        rayon::prelude::IntoParallelRefIterator::par_iter(settings),
+        rayon::prelude::IntoParallelRefIterator::par_iter(items),
         one,
     ));
     #[cfg(not(feature = "rayon"))]
-    return settings.iter().map(one).collect();
+    return items.iter().map(one).collect();
 }
 
 /// The cheapest scene within an error of all of one, by the front that it carries or else by [`front`].
@@ -104,14 +112,13 @@ pub fn scene_within(
 struct Search<'a> {
     /// The scene with its image sources in each order.
     orders: Vec<Arc<Scene>>,
-    full: Heard,
-    course: Course,
+    /// Where steps are measured, and where what was chosen is checked, with all of the scene there.
+    courses: [Course; 2],
+    full: Vec<Heard>,
     /// Values of each lever, all of it first.
     levers: Vec<Vec<Setting>>,
     measured: HashMap<Setting, (f64, Vec<Audible>)>,
-    /// Other poses and ways, all of the scene there, and the errors of what was checked.
-    elsewhere: (Course, Heard),
-    checked: HashMap<Setting, Audible>,
+    checked: Vec<(Setting, Audible)>,
     wanted: &'a (dyn Fn() -> bool + Sync),
 }
 
@@ -120,10 +127,8 @@ type Steps = Vec<usize>;
 
 impl<'a> Search<'a> {
     fn new(scene: &Arc<Scene>, wanted: &'a (dyn Fn() -> bool + Sync)) -> Result<Self, JudgeError> {
-        let course = Course::new(scene, POSES, 1, SEED);
-        let full = Heard::of(scene, &course, wanted)?;
-        let other = Course::new(scene, POSES, CHECKED_WAYS, CHECKED_SEED);
-        let elsewhere = (other.clone(), Heard::of(scene, &other, wanted)?);
+        let courses = [Course::new(scene, POSES, 1, SEED), Course::new(scene, CHECKED_POSES, CHECKED_WAYS, CHECKED_SEED)];
+        let full = each(&courses, |course| Heard::of(scene, course, wanted)).into_iter().collect::<Result<_, _>>()?;
         let all = Setting::ALL.of(scene);
         let orders = (0..=all.order).filter_map(|order| scene.with_setting(Setting { order, ..all }).map(Arc::new)).collect();
         let shares = |count: usize| SHARES.map(|share| ((share * count as f64).round() as usize).max(1));
@@ -146,7 +151,7 @@ impl<'a> Search<'a> {
             lever(if all.waves { vec![Setting { waves: false, ..all }] } else { vec![] }),
             lever(if live { decodes.to_vec() } else { vec![] }),
         ];
-        Ok(Self { orders, full, course, levers, measured: HashMap::new(), elsewhere, checked: HashMap::new(), wanted })
+        Ok(Self { orders, courses, full, levers, measured: HashMap::new(), checked: Vec::new(), wanted })
     }
 
     fn all(&self) -> Setting {
@@ -173,8 +178,8 @@ impl<'a> Search<'a> {
                 // What does not fit together is no setting.
                 return Ok((f64::INFINITY, vec![Audible { jnds: f32::INFINITY, measure: Measure::Levels }]));
             };
-            let heard = Heard::of(&scene, &self.course, self.wanted)?;
-            Ok((scene.operations(RATE_HZ), heard.errors(&self.full)))
+            let heard = Heard::of(&scene, &self.courses[0], self.wanted)?;
+            Ok((scene.operations(RATE_HZ), heard.errors(&self.full[0])))
         };
         let found: Result<Vec<_>, JudgeError> = each(&new, one).into_iter().collect();
         self.measured.extend(new.into_iter().zip(found?));
@@ -185,17 +190,24 @@ impl<'a> Search<'a> {
         self.orders[setting.order.min(self.orders.len() - 1)].with_setting(setting).map(Arc::new)
     }
 
-    /// The error of a setting that was measured, elsewhere too.
-    fn check(&mut self, setting: Setting) -> Result<Audible, JudgeError> {
-        if let Some(error) = self.checked.get(&setting) {
-            return Ok(*error);
-        }
-        let mut errors = vec![self.found(setting).1];
-        if let Some(scene) = self.scene(setting) {
-            let (course, full) = &self.elsewhere;
-            errors.extend(Heard::of(&scene, course, self.wanted)?.errors(full));
-        }
-        Ok(*self.checked.entry(setting).or_insert(largest(&errors)))
+    /// The error at many poses, once that was measured.
+    fn error(&self, setting: Setting) -> Option<Audible> {
+        self.checked.iter().find(|(checked, _)| *checked == setting).map(|(_, error)| *error)
+    }
+
+    /// Measures settings at many poses that have not been checked yet.
+    fn check(&mut self, settings: &[Setting]) -> Result<(), JudgeError> {
+        let mut new: Vec<Setting> = settings.iter().copied().filter(|setting| self.error(*setting).is_none()).collect();
+        new.dedup();
+        let one = |setting: &Setting| -> Result<Audible, JudgeError> {
+            let Some(scene) = self.scene(*setting) else {
+                return Ok(Audible { jnds: f32::INFINITY, measure: Measure::Levels });
+            };
+            Ok(largest(&Heard::of(&scene, &self.courses[1], self.wanted)?.errors(&self.full[1])))
+        };
+        let found: Vec<Audible> = each(&new, one).into_iter().collect::<Result<_, _>>()?;
+        self.checked.extend(new.into_iter().zip(found));
+        Ok(())
     }
 
     /// Cost and error of what was measured.
@@ -209,16 +221,20 @@ impl<'a> Search<'a> {
         self.levers.iter().zip(steps).map(|(lever, step)| cost(lever[0]) - cost(lever[*step])).sum()
     }
 
-    /// Steps that pull one lever further, and those that let go of another for it and still save, the most saving ones.
-    fn next_to(&self, here: &Steps) -> [Vec<Steps>; 2] {
-        let further = (0..here.len()).filter(|lever| here[*lever] + 1 < self.levers[*lever].len());
-        let pulled: Vec<Steps> = further
-            .map(|lever| {
-                let mut steps = here.clone();
-                steps[lever] += 1;
-                steps
-            })
-            .collect();
+    /// Error of each measure by what the levers' steps do one by one.
+    fn foretold(&self, steps: &Steps) -> Vec<f32> {
+        let alone = || self.levers.iter().zip(steps).flat_map(|(lever, step)| &self.measured[&lever[*step]].1);
+        Measure::ALL.iter().map(|measure| alone().filter(|e| e.measure == *measure).map(|e| e.jnds).sum()).collect()
+    }
+
+    /// Steps that pull one lever further, and those that let go of another for it and still save, the most saving ones first:
+    /// those of which the error can be hoped to stay within a limit.
+    fn next_to(&self, here: &Steps, limit: f32) -> Vec<Steps> {
+        let pulled = (0..here.len()).filter(|lever| here[*lever] + 1 < self.levers[*lever].len()).map(|lever| {
+            let mut steps = here.clone();
+            steps[lever] += 1;
+            steps
+        });
         let let_go = |steps: &Steps| -> Vec<Steps> {
             let others = (0..here.len()).filter(|lever| steps[*lever] == here[*lever] && here[*lever] > 0);
             let back = |lever: usize| [1, 2, here[lever]].map(|by| (lever, here[lever].saturating_sub(by)));
@@ -227,13 +243,22 @@ impl<'a> Search<'a> {
                 steps[lever] = step;
                 steps
             };
-            others.flat_map(back).map(to).collect()
+            others.flat_map(back).map(to).chain([steps.clone()]).collect()
         };
-        let mut swapped: Vec<Steps> = pulled.iter().flat_map(let_go).filter(|s| self.saved(s) > self.saved(here)).collect();
-        swapped.sort_by(|a, b| self.saved(b).total_cmp(&self.saved(a)));
-        swapped.dedup();
-        swapped.truncate(MOST_SWAPS);
-        [pulled, swapped]
+        let (_, known) = &self.measured[&self.setting(here)];
+        let before = self.foretold(here);
+        let error = |steps: &Steps| {
+            let of = |(n, measure): (usize, &Measure)| {
+                known.iter().find(|e| e.measure == *measure).map_or(0.0, |e| e.jnds) + self.foretold(steps)[n] - before[n]
+            };
+            Measure::ALL.iter().enumerate().map(of).fold(0.0, f32::max)
+        };
+        let hopeful = |steps: &Steps| self.saved(steps) > self.saved(here) && error(steps) <= HOPEFUL * limit;
+        let mut next: Vec<Steps> = pulled.flat_map(|steps| let_go(&steps)).filter(hopeful).collect();
+        next.sort_by(|a, b| self.saved(b).total_cmp(&self.saved(a)));
+        next.dedup();
+        next.truncate(MOST_TRIED);
+        next
     }
 
     /// From all of the scene to the least of it: at each step the one that saves most for what it adds to the error, as the
@@ -241,13 +266,7 @@ impl<'a> Search<'a> {
     fn path(&mut self) -> Result<Vec<Steps>, JudgeError> {
         let alone: Vec<Setting> = self.levers.concat();
         self.measure(&alone)?;
-        let error = |steps: &Steps| -> f32 {
-            let of = |measure: Measure| -> f32 {
-                let each = self.levers.iter().zip(steps).map(|(lever, step)| &self.measured[&lever[*step]].1);
-                each.flatten().filter(|e| e.measure == measure).map(|e| e.jnds).sum()
-            };
-            Measure::ALL.iter().copied().map(of).fold(0.0, f32::max)
-        };
+        let error = |steps: &Steps| self.foretold(steps).into_iter().fold(0.0, f32::max);
         let mut path = vec![vec![0; self.levers.len()]];
         while let Some(here) = path.last().cloned() {
             let (here_saved, here_error) = (self.saved(&here), error(&here));
@@ -290,7 +309,7 @@ impl<'a> Search<'a> {
         }
         let mut here = path[low].clone();
         'further: loop {
-            for next in self.next_to(&here) {
+            for next in self.next_to(&here, limit).chunks(TRIED) {
                 let settings: Vec<Setting> = next.iter().map(|steps| self.setting(steps)).collect();
                 self.measure(&settings)?;
                 let cost = self.found(self.setting(&here)).0;
@@ -298,9 +317,9 @@ impl<'a> Search<'a> {
                     let (its, error) = self.found(*setting);
                     error.jnds <= limit && its < cost
                 };
-                let best = next.into_iter().zip(settings).filter(|(_, setting)| fits(setting));
+                let best = next.iter().zip(settings).filter(|(_, setting)| fits(setting));
                 if let Some((steps, _)) = best.min_by(|(_, a), (_, b)| self.found(*a).0.total_cmp(&self.found(*b).0)) {
-                    here = steps;
+                    here.clone_from(steps);
                     continue 'further;
                 }
             }

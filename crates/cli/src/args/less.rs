@@ -16,7 +16,11 @@ impl LessArgs {
     /// Refuses a limit where a file to write is no scene by its name.
     pub(crate) fn check(self, output: &Path) -> Result<()> {
         let is_scene = output.extension().is_some_and(|ending| ending == "promenade");
-        ensure!(self.within.is_none() || is_scene, "{}: expected a scene to write for --within, found another", output.display());
+        ensure!(
+            self.within.is_none() || is_scene,
+            "{}: expected a scene to write for --within, found another",
+            output.display()
+        );
         Ok(())
     }
 }

@@ -23,7 +23,8 @@ struct Row {
 }
 
 pub(super) fn run(of: &Arc<Scene>, path: &Path, args: &MeasureArgs) -> Result<()> {
-    let points = front(of, &[&STANDARD_JNDS[..], &[args.within]].concat(), &|| true).with_context(|| path.display().to_string())?;
+    let points =
+        front(of, &[&STANDARD_JNDS[..], &[args.within]].concat(), &|| true).with_context(|| path.display().to_string())?;
     let chosen = FrontPoint::within(&points, args.within).copied();
     let rows = rows(of, &points, args)?;
     let text = |markdown| table(&rows, of, markdown) + "\n" + &sentence(chosen.as_ref(), of, args.within) + "\n";
