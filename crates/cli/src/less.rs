@@ -8,6 +8,12 @@ use promenade_core::{Scene, Setting};
 use std::path::Path;
 use std::sync::Arc;
 
+/// Writes [`kept`] of a scene. Returns how many bytes.
+pub(crate) fn write(output: &Path, whole: impl Into<Arc<Scene>>, args: LessArgs) -> Result<usize> {
+    let kept = kept(output, whole, args)?;
+    scene::write(output, &kept)
+}
+
 /// The least of a scene that stays within the error that is asked for, if one is; says what that costs and saves.
 pub(crate) fn kept(output: &Path, whole: impl Into<Arc<Scene>>, args: LessArgs) -> Result<Arc<Scene>> {
     let whole = whole.into();
