@@ -11,6 +11,7 @@ mod further;
 mod head;
 mod headphones;
 mod images;
+mod knob;
 mod latency;
 mod limits;
 mod live;

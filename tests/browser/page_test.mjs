@@ -387,6 +387,22 @@ const tests = {
     return `${less} of ${all} images, ${(100 * load).toFixed(0)} % of the time`;
   },
 
+  async "a scene that does not know what less of it costs has no accuracy"() {
+    const [less, place] = [join(folder, "less.promenade"), join(site, "less")];
+    run(program, "bake", "less", join(root, SCENES[1]), "-o", less, "--within", 0.5);
+    run(program, "web", less, "--engine", engine, "-o", place);
+    const shown = async (address) => {
+      const page = await open(browser, address);
+      await until(page, "the place", () => promenade.voices.voices[0].loaded);
+      await until(page, "all of it shown", () => document.querySelector("#about").children.length > 0);
+      const visible = await page.locator("#accuracy").isVisible();
+      await page.close();
+      return visible;
+    };
+    check(await shown(server.address), "hidden where the file carries a front");
+    check(!(await shown(`${server.address}less/`)), "shown where the file carries none");
+  },
+
   async "keys move the listener, and every control is reached by the keyboard"() {
     const page = await listening();
     await page.locator("#stage").focus();

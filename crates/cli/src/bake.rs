@@ -1,19 +1,18 @@
 //! `promenade bake`: measured responses become a scene, a scene's anchor cloud a table, and a scene one that holds less.
 
 use crate::args::{BakeFieldArgs, BakeLessArgs, BakeResponsesArgs, BakeSource, LevelsArg, SideArg};
-use crate::measure::words;
-use crate::{report, scene};
+use crate::{less, report, scene};
 use anyhow::{Context, Result};
 use promenade_baker::field::{FieldOptions, bake_cloud};
-use promenade_baker::trade::front;
+use promenade_baker::trade::{STANDARD_JNDS, front};
 use promenade_baker::{BakeOptions, CONTENT, HoldOut, Levels, Side, bake_responses, read_head};
-use promenade_core::{FrontPoint, Provenance, Scene};
+use promenade_core::{Provenance, Scene};
 
 pub(crate) fn run(source: &BakeSource) -> Result<()> {
     match source {
         BakeSource::Responses(args) => responses(args),
         BakeSource::Field(args) => field(args),
-        BakeSource::Less(args) => less(args),
+        BakeSource::Less(args) => reduce(args),
     }
 }
 
@@ -46,7 +45,7 @@ fn responses(args: &BakeResponsesArgs) -> Result<()> {
     drop(bar);
     // What counts scenes' content up is for those who make the factory's.
     scene.provenance().notes.iter().filter(|note| *note != CONTENT).for_each(report::note);
-    let bytes = scene::write(&args.output, &scene)?;
+    let bytes = less::write(&args.output, scene, args.less)?;
     report::line(format_args!(
         "{}: {} responses baked, {} held out, {} kB",
         args.output.display(),
@@ -75,40 +74,31 @@ fn field(args: &BakeFieldArgs) -> Result<()> {
     if let Some(note) = baked.provenance().notes.last() {
         report::note(note);
     }
-    let bytes = scene::write(&args.output, &baked)?;
+    let bytes = less::write(&args.output, baked, args.less)?;
     report::line(format_args!("{}: {} kB", args.output.display(), bytes.div_ceil(1000)));
     Ok(())
 }
 
-fn less(args: &BakeLessArgs) -> Result<()> {
+fn reduce(args: &BakeLessArgs) -> Result<()> {
     let name = args.scene.display();
     let scene = scene::read(&args.scene)?;
-    let limit = args.within.unwrap_or(0.0);
-    let points = front(&scene, limit, &|| true).with_context(|| format!("{name}: settings of it cannot be compared"))?;
-    let found = || format!("none within {limit} JND");
-    let point = FrontPoint::within(&points, limit)
-        .with_context(|| format!("{name}: expected settings to choose from, found {}", found()))?;
-    let kept = scene.with_setting(point.setting).with_context(|| format!("{name}: cannot be reduced"))?;
-    let mut parts = kept.parts().clone();
-    if args.within.is_some() {
+    let mut parts = scene.parts().clone();
+    if args.less.within.is_some() {
         let Provenance { recipe, notes, .. } = &mut parts.provenance;
         if !recipe.is_empty() {
             notes.push(format!("reduced from a scene made by: {recipe}"));
         }
-        *recipe = format!("promenade bake less {} --within {limit}", report::file_name(&args.scene));
+        *recipe = format!("promenade bake less {}", report::file_name(&args.scene));
     } else {
-        parts.front = points.clone();
+        let bar = report::Bar::new("comparing settings", 1.0);
+        let points = front(&scene, &STANDARD_JNDS, &|| true);
+        drop(bar);
+        parts.front = points.with_context(|| format!("{name}: settings of it cannot be compared"))?;
+        report::line(format_args!("{} settings", parts.front.len()));
     }
-    let bytes = scene::write(&args.output, &Scene::new(parts).with_context(|| format!("{name}: cannot be reduced"))?)?;
-    report::line(format_args!(
-        "{}: {} kB, {}, {:.0} % of the operations, {:.2} JND by {}",
-        args.output.display(),
-        bytes.div_ceil(1000),
-        words(point.setting, &scene),
-        100.0 * point.cost,
-        point.error.jnds,
-        point.error.measure.name()
-    ));
+    let scene = Scene::new(parts).with_context(|| format!("{name}: cannot be reduced"))?;
+    let bytes = less::write(&args.output, scene, args.less)?;
+    report::line(format_args!("{}: {} kB", args.output.display(), bytes.div_ceil(1000)));
     Ok(())
 }
 

@@ -27,6 +27,7 @@ pub(crate) fn run(args: &FitArgs) -> Result<()> {
     };
     if let Some(output) = &args.output {
         write::check_ending(output)?;
+        args.less.check(output)?;
     }
     let patches = Patches::of(args)?;
     let set = Measurements::load(path, &args.set.options())?;

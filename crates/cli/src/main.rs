@@ -17,6 +17,7 @@ mod host;
 mod hrtf;
 mod import;
 mod inspect;
+mod less;
 mod map;
 mod measure;
 mod path;

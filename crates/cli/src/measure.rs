@@ -5,8 +5,6 @@ mod listener;
 mod response;
 mod trade;
 
-pub(crate) use trade::words;
-
 use crate::args::MeasureArgs;
 use crate::{report, scene};
 use anyhow::{Result, bail};

@@ -30,7 +30,7 @@ pub(crate) fn run(args: &SimulateArgs) -> Result<()> {
         }
         (Some(Simulate::Box(args)), ..) => boxed::run(args),
         (Some(Simulate::Materials), ..) => materials(),
-        (None, Some(room), Some(mesh), Some(run)) => mesh::run(room, mesh, run, args.air, &args.clips),
+        (None, Some(room), Some(mesh), Some(run)) => mesh::run(room, mesh, run, args),
         _ => bail!("expected a mesh of a room, `box` or `materials`"),
     }
 }

@@ -6,7 +6,7 @@ pub(crate) use learn::run as run_learn;
 
 use crate::args::{MAX_THREADS, TrainArgs};
 use crate::simulate::places::Places;
-use crate::{plot, report};
+use crate::{less, plot, report, scene};
 use anyhow::{Context, Result};
 use promenade_baker::anchors::AnchorSet;
 use promenade_baker::evaluate::{EvaluateOptions, Evaluation, Figure, evaluate};
@@ -45,6 +45,7 @@ pub(crate) fn run(args: &TrainArgs) -> Result<()> {
 
 impl<'a> Prepared<'a> {
     pub(crate) fn of(args: &'a TrainArgs) -> Result<Self> {
+        scene::check_name(&args.output)?;
         let capture = capture(args)?;
         let emitter = args.emitter.as_ref().map(|name| capture.number_of(name)).transpose()?;
         let settings = settings(args)?;
@@ -98,7 +99,7 @@ impl<'a> Prepared<'a> {
                 })?
             }
         };
-        let bytes = scene.to_bytes()?;
+        let bytes = less::kept(&self.args.output, scene, self.args.less)?.to_bytes()?;
         atomic::write(&self.args.output, &bytes)?;
         Ok(Scene::from_bytes(&bytes)?)
     }

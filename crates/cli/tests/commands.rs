@@ -470,7 +470,7 @@ fn measure_says_what_it_needs() {
 }
 
 /// A scene with a small anchor cloud whose weights look random.
-fn small_cloud() -> Scene {
+pub(crate) fn small_cloud() -> Scene {
     let sizes = Sizes { anchors: 4, bands: 33, frames: 60, width: 32, hyper: 0 };
     let mut parts = clouds::parts(CloudKind::SimpleSh, sizes);
     // Masks near 1 are heard.

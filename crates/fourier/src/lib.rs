@@ -61,20 +61,21 @@ pub trait Sample: FftNum {
     fn inverse(length: usize) -> Arc<dyn ComplexToReal<Self>>;
 }
 
-/// A plan and its length.
-type Last<T> = Option<(usize, Arc<T>)>;
+/// Plans and their lengths, the last one used last.
+type Last<T> = Vec<(usize, Arc<T>)>;
+/// As many are kept by a thread.
+const KEPT_PLANS: usize = 6;
 
-/// The last plan of this thread if it is of this length, else a new one, which is kept: who transforms many signals of one
-/// length need not hand a plan around.
+/// One of this thread's last plans if one is of this length, else a new one, which is kept: who transforms many signals of a few
+/// lengths need not hand plans around.
 fn kept<T: ?Sized>(last: &mut Last<T>, length: usize, plan: impl FnOnce() -> Arc<T>) -> Arc<T> {
-    match last {
-        Some((of, plan)) if *of == length => Arc::clone(plan),
-        _ => {
-            let plan = plan();
-            *last = Some((length, Arc::clone(&plan)));
-            plan
-        }
+    let known = last.iter().position(|(of, _)| *of == length).map(|place| last.remove(place));
+    let (_, plan) = known.unwrap_or_else(|| (length, plan()));
+    if last.len() >= KEPT_PLANS {
+        last.remove(0);
     }
+    last.push((length, Arc::clone(&plan)));
+    plan
 }
 
 macro_rules! sample {
@@ -82,14 +83,14 @@ macro_rules! sample {
         impl Sample for $float {
             fn forward(length: usize) -> Arc<dyn RealToComplex<Self>> {
                 thread_local! {
-                    static LAST: RefCell<Last<dyn RealToComplex<$float>>> = const { RefCell::new(None) };
+                    static LAST: RefCell<Last<dyn RealToComplex<$float>>> = const { RefCell::new(Vec::new()) };
                 }
                 LAST.with_borrow_mut(|last| kept(last, length, || RealFftPlanner::new().plan_fft_forward(length)))
             }
 
             fn inverse(length: usize) -> Arc<dyn ComplexToReal<Self>> {
                 thread_local! {
-                    static LAST: RefCell<Last<dyn ComplexToReal<$float>>> = const { RefCell::new(None) };
+                    static LAST: RefCell<Last<dyn ComplexToReal<$float>>> = const { RefCell::new(Vec::new()) };
                 }
                 LAST.with_borrow_mut(|last| kept(last, length, || RealFftPlanner::new().plan_fft_inverse(length)))
             }

@@ -7,7 +7,7 @@ use promenade_core::{Audible, LiveParams, Measure, Pose, Renderer, RendererConfi
 use promenade_fourier::num_complex::Complex64;
 use promenade_fourier::spectrum;
 use promenade_metrics::statistics::quantile;
-use promenade_metrics::{MetricError, band_powers, ild_db, interaural_coherence};
+use promenade_metrics::{MetricError, band_powers, ild_db, interaural_coherence, itds_s};
 use std::f64::consts::TAU;
 use std::ops::Range;
 use std::sync::Arc;
@@ -39,7 +39,7 @@ const FIRST_S: f64 = 0.01;
 const EARLY_S: f64 = 0.08;
 /// Longest response, as a share of the reverberation time and in seconds.
 const OF_DECAY: f64 = 0.5;
-const LONGEST_S: f64 = 2.0;
+const LONGEST_S: f64 = 1.5;
 /// Levels are heard over this time, seconds; way and turn last so long, and nothing is compared before its filters are settled.
 const WINDOW_S: f64 = 0.1;
 const WAY_S: f64 = 2.4;
@@ -54,6 +54,11 @@ const FLUTTER_HZ: Range<f64> = 15.0..60.0;
 /// What one rendering of a scene is to a listener who stands at some places, walks and turns.
 pub struct Heard {
     standing: Vec<Standing>,
+    moving: Moving,
+}
+
+/// What is heard on some ways.
+pub(crate) struct Moving {
     /// Levels of critical bands at both ears and the level difference between them, dB, by moment of the ways.
     moments: Vec<(Vec<f64>, f64)>,
     /// Depth of each tone's modulation at each ear while the head turns.
@@ -61,10 +66,12 @@ pub struct Heard {
 }
 
 /// A response; nothing of it is known where all is silent.
-struct Standing {
+pub(crate) struct Standing {
     measures: Option<ResponseMeasures>,
     /// Levels of critical bands at both ears, dB.
     levels_db: Vec<f64>,
+    /// Delays between the ears that may be heard, seconds.
+    itds_s: Vec<f64>,
     /// Coherence of the ears in what is heard first, early and late.
     first: f64,
     coherence: Vec<f64>,
@@ -76,41 +83,38 @@ impl Heard {
     /// # Errors
     /// It cannot be rendered, its responses cannot be measured, or they are no longer asked for.
     pub fn of(scene: &Arc<Scene>, course: &Course, wanted: &dyn Fn() -> bool) -> Result<Self, JudgeError> {
-        let rate = scene.grid().sample_rate_hz;
         let mut player = Player::new(scene)?;
-        let bands = critical_bands(f64::from(scene.top_hz()).min(0.45 * rate));
-        let seconds = (OF_DECAY / 1.5 * response_s(scene)).clamp(0.25, LONGEST_S);
-        let standing = course
-            .poses
-            .iter()
-            .map(|pose| Standing::of(&player.respond(*pose, seconds, wanted)?, rate, &bands))
-            .collect::<Result<_, _>>()?;
-        let length = |seconds: f64| (seconds * rate) as usize;
-        let tones: Vec<f64> = TONES.iter().map(|n| ENVELOPE_HZ * f64::from(*n)).filter(|hz| *hz < 0.45 * rate).collect();
-        let held: Vec<f32> = (0..length(TURN_S)).map(|i| tone_sum(&tones, i as f64 / rate)).collect();
-        let (walked, settled) = (noise(length(WAY_S)), length(SETTLED_S));
-        let mut heard = Self { standing, moments: Vec::new(), modulation: Vec::new() };
-        for way in &course.ways {
-            let ears = player.render(&walked, |seconds| way.walked(seconds), wanted)?;
-            let [left, right] = ears.each_ref().map(|ear| ear[settled..].chunks_exact(length(WINDOW_S)));
-            heard.moments.extend(left.zip(right).map(|(l, r)| (levels_db([l, r], rate, &bands), ild_db(l, r).unwrap_or(0.0))));
-            let ears = player.render(&held, |seconds| way.turned(seconds), wanted)?;
-            let of_ear = |ear: &Vec<f32>| tones.iter().map(|hz| modulation(&ear[settled..], *hz, rate)).collect::<Vec<_>>();
-            heard.modulation.extend(ears.iter().flat_map(of_ear));
-        }
-        Ok(heard)
+        Ok(Self { standing: player.standing(course, wanted)?, moving: player.moving(course, wanted)? })
     }
 
     /// How far it is from another of the same course: each measure's error over what is just noticed, at nine of ten poses.
     #[must_use]
     pub fn errors(&self, other: &Self) -> Vec<Audible> {
-        let mut errors = standing_errors(&self.standing, &other.standing);
-        let moments = || self.moments.iter().zip(&other.moments);
-        errors.push((Measure::MovingLevels, moments().map(|((a, _), (b, _))| mean_difference_db(a, b) / JND_DB).collect()));
-        errors.push((Measure::MovingIld, moments().map(|((_, a), (_, b))| (a - b).abs() / JND_DB).collect()));
+        self.errors_at(other, OF_POSES)
+    }
+
+    /// The errors that a share of the poses does not exceed.
+    pub(crate) fn errors_at(&self, other: &Self, share: f64) -> Vec<Audible> {
+        [other.standing_errors(&self.standing, share), other.moving_errors(&self.moving, share)].concat()
+    }
+
+    /// The errors of what is heard standing, against this.
+    pub(crate) fn standing_errors(&self, of: &[Standing], share: f64) -> Vec<Audible> {
+        at_most_poses(standing_errors(of, &self.standing), share)
+    }
+
+    /// The errors of what is heard on ways, against this.
+    pub(crate) fn moving_errors(&self, of: &Moving, share: f64) -> Vec<Audible> {
+        let moments = || of.moments.iter().zip(&self.moving.moments);
         let deeper = |(a, b): (&f64, &f64)| ((a * a - b * b).max(0.0) / (JND_MODULATION.powi(2) + JND_DEEPER * b * b)).sqrt();
-        errors.push((Measure::Modulation, self.modulation.iter().zip(&other.modulation).map(deeper).collect()));
-        at_most_poses(errors)
+        at_most_poses(
+            vec![
+                (Measure::MovingLevels, moments().map(|((a, _), (b, _))| mean_difference_db(a, b) / JND_DB).collect()),
+                (Measure::MovingIld, moments().map(|((_, a), (_, b))| (a - b).abs() / JND_DB).collect()),
+                (Measure::Modulation, of.modulation.iter().zip(&self.moving.modulation).map(deeper).collect()),
+            ],
+            share,
+        )
     }
 }
 
@@ -124,9 +128,10 @@ pub fn errors_to_measurements(scene: &Arc<Scene>) -> Result<Vec<Audible>, JudgeE
     for held in scene.held_out() {
         let ears = player.respond(held.pose, response_s(scene), &|| true)?;
         rendered.push(Standing { coherence: Vec::new(), ..Standing::of(&ears, rate, &[])? });
-        measured.push(Standing { measures: Some(held.measured), levels_db: Vec::new(), first: 1.0, coherence: Vec::new() });
+        let (itds_s, levels_db, coherence) = (vec![held.measured.itd_s], Vec::new(), Vec::new());
+        measured.push(Standing { measures: Some(held.measured), itds_s, levels_db, first: 1.0, coherence });
     }
-    Ok(at_most_poses(standing_errors(&rendered, &measured)))
+    Ok(at_most_poses(standing_errors(&rendered, &measured), OF_POSES))
 }
 
 /// The largest of some errors; none of none.
@@ -142,14 +147,46 @@ const BLOCK: usize = 4096;
 type Ears = [Vec<f32>; 2];
 
 /// Plays a scene at its own rate, sound by sound, and waits for every decode.
-struct Player {
+pub(crate) struct Player {
     renderer: Renderer,
 }
 
 impl Player {
-    fn new(scene: &Arc<Scene>) -> Result<Self, JudgeError> {
+    pub(crate) fn new(scene: &Arc<Scene>) -> Result<Self, JudgeError> {
         let config = RendererConfig::inline(scene, scene.grid().sample_rate_hz, 1);
         Ok(Self { renderer: Renderer::new(Arc::clone(scene), config)? })
+    }
+
+    /// The scene's rate, and the critical bands that it has.
+    fn bands(&self) -> (f64, Vec<(f64, f64)>) {
+        let (rate, top_hz) = (self.renderer.grid().sample_rate_hz, f64::from(self.renderer.scene().top_hz()));
+        (rate, critical_bands(top_hz.min(0.45 * rate)))
+    }
+
+    /// What is heard at the poses of a course.
+    pub(crate) fn standing(&mut self, course: &Course, wanted: &dyn Fn() -> bool) -> Result<Vec<Standing>, JudgeError> {
+        let (rate, bands) = self.bands();
+        let seconds = (OF_DECAY / 1.5 * response_s(self.renderer.scene())).clamp(0.25, LONGEST_S);
+        course.poses.iter().map(|pose| Standing::of(&self.respond(*pose, seconds, wanted)?, rate, &bands)).collect()
+    }
+
+    /// What is heard on the ways of a course.
+    pub(crate) fn moving(&mut self, course: &Course, wanted: &dyn Fn() -> bool) -> Result<Moving, JudgeError> {
+        let (rate, bands) = self.bands();
+        let length = |seconds: f64| (seconds * rate) as usize;
+        let tones: Vec<f64> = TONES.iter().map(|n| ENVELOPE_HZ * f64::from(*n)).filter(|hz| *hz < 0.45 * rate).collect();
+        let held: Vec<f32> = (0..length(TURN_S)).map(|i| tone_sum(&tones, i as f64 / rate)).collect();
+        let (walked, settled) = (noise(length(WAY_S)), length(SETTLED_S));
+        let mut moving = Moving { moments: Vec::new(), modulation: Vec::new() };
+        for way in &course.ways {
+            let ears = self.render(&walked, |seconds| way.walked(seconds), wanted)?;
+            let [left, right] = ears.each_ref().map(|ear| ear[settled..].chunks_exact(length(WINDOW_S)));
+            moving.moments.extend(left.zip(right).map(|(l, r)| (levels_db([l, r], rate, &bands), ild_db(l, r).unwrap_or(0.0))));
+            let ears = self.render(&held, |seconds| way.turned(seconds), wanted)?;
+            let of_ear = |ear: &Vec<f32>| tones.iter().map(|hz| modulation(&ear[settled..], *hz, rate)).collect::<Vec<_>>();
+            moving.modulation.extend(ears.iter().flat_map(of_ear));
+        }
+        Ok(moving)
     }
 
     /// Both ears of a sound, as long as it; `pose_at` is given seconds from its start.
@@ -179,11 +216,11 @@ impl Player {
     }
 }
 
-/// By measure the error that all but a tenth of the poses stay below.
-fn at_most_poses(errors: Vec<(Measure, Vec<f64>)>) -> Vec<Audible> {
+/// By measure the error that a share of the poses does not exceed.
+fn at_most_poses(errors: Vec<(Measure, Vec<f64>)>, share: f64) -> Vec<Audible> {
     let of_poses = |(measure, mut values): (Measure, Vec<f64>)| {
         values.sort_by(f64::total_cmp);
-        Some(Audible { jnds: quantile(&values, OF_POSES)? as f32, measure })
+        Some(Audible { jnds: quantile(&values, share)? as f32, measure })
     };
     errors.into_iter().filter_map(of_poses).collect()
 }
@@ -195,8 +232,9 @@ fn standing_errors(of: &[Standing], other: &[Standing]) -> Vec<(Measure, Vec<f64
     let decay = |time: fn(&ResponseMeasures) -> Option<f64>| -> Vec<f64> {
         sounding().filter_map(|(a, b)| Some((time(a).unwrap_or(0.0) / time(b)? - 1.0).abs() / JND_DECAY)).collect()
     };
+    // Where several lags correlate nearly as well, any of them may be heard.
     let itd = |(a, b): (&Standing, &Standing)| {
-        let off_s = (a.measures.as_ref()?.itd_s - b.measures.as_ref()?.itd_s).abs();
+        let off_s = a.itds_s.iter().flat_map(|a| b.itds_s.iter().map(move |b| (a - b).abs())).min_by(f64::total_cmp)?;
         (b.first >= LEAST_COHERENCE).then_some(off_s * b.first.powi(2) / JND_ITD_S)
     };
     let clarity = |m: &ResponseMeasures| m.c50_db.unwrap_or(CLEAREST_DB).min(CLEAREST_DB);
@@ -220,12 +258,13 @@ impl Standing {
             Err(Unmeasurable { source: MetricError::Silent, .. }) => None,
             Err(source) => return Err(source.into()),
         };
+        let itds_s = itds_s(left, right, rate).unwrap_or_default();
         let loudest = |ear: &[f32]| ear.iter().enumerate().max_by(|a, b| a.1.abs().total_cmp(&b.1.abs())).map_or(0, |(i, _)| i);
         let until = |seconds: f64| (loudest(left).min(loudest(right)) + (seconds * rate) as usize).min(left.len());
         let (first, early) = (until(FIRST_S), until(EARLY_S));
         let coherence = |span: Range<usize>| interaural_coherence([&left[span.clone()], &right[span]], rate).unwrap_or(1.0);
         let (first, coherence) = (coherence(0..first), vec![coherence(0..early), coherence(early..left.len())]);
-        Ok(Self { measures, first, levels_db: levels_db([left, right], rate, bands), coherence })
+        Ok(Self { measures, itds_s, first, levels_db: levels_db([left, right], rate, bands), coherence })
     }
 }
 
@@ -261,8 +300,10 @@ fn modulation(sound: &[f32], hz: f64, rate: f64) -> f64 {
     // Blocks need not be whole numbers of samples long, but each is one period of the envelope's rate.
     let count = (sound.len() as f64 / rate * ENVELOPE_HZ) as usize;
     let block = |n: usize| (n as f64 * rate / ENVELOPE_HZ).round() as usize;
-    let base = |i: usize| Complex64::from_polar(f64::from(sound[i]), -TAU * hz * i as f64 / rate);
-    let envelope = (0..count).map(|n| (block(n)..block(n + 1).min(sound.len())).map(base).sum::<Complex64>().norm());
+    let turn = Complex64::from_polar(1.0, -TAU * hz / rate);
+    let base = |(sum, phase): (Complex64, Complex64), x: &f32| (sum + phase * f64::from(*x), phase * turn);
+    let of_block = |block: &[f32]| block.iter().fold((Complex64::ZERO, Complex64::ONE), base).0.norm();
+    let envelope = (0..count).map(|n| of_block(&sound[block(n)..block(n + 1).min(sound.len())]));
     let length = count.next_power_of_two();
     let window = |n: usize| 0.5 - 0.5 * (TAU * (n as f64 + 0.5) / count as f64).cos();
     let spectrum = spectrum(envelope.enumerate().map(|(n, v)| window(n) * v), length);
@@ -274,79 +315,4 @@ fn modulation(sound: &[f32], hz: f64, rate: f64) -> f64 {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use promenade_core::Setting;
-    use promenade_testing::scenes::room_with_images;
-
-    fn figure(errors: &[Audible], measure: Measure) -> f32 {
-        errors.iter().find(|e| e.measure == measure).unwrap_or_else(|| panic!("{measure:?} in {errors:?}")).jnds
-    }
-
-    #[test]
-    fn a_scene_is_as_itself_and_less_of_it_is_not() {
-        let scene = room_with_images(8_000.0, 0.2, 0.05, 8);
-        let course = Course::new(&scene, 3, 1, 1);
-        let heard = |scene: &Arc<Scene>| Heard::of(scene, &course, &|| true).unwrap();
-        let less = |setting| Arc::new(scene.with_setting(setting).unwrap());
-        let full = heard(&scene);
-        let same: Vec<Audible> = Measure::ALL.iter().map(|measure| Audible { jnds: 0.0, measure: *measure }).collect();
-        assert_eq!(heard(&scene).errors(&full), same);
-        let one = heard(&less(Setting { images: 1, ..Setting::ALL })).errors(&full);
-        assert!(figure(&one, Measure::T20) > 1.0 && figure(&one, Measure::Levels) > 0.5, "{one:?}");
-        let slow = heard(&less(Setting { refresh: 4, ..Setting::ALL })).errors(&full);
-        assert!(figure(&slow, Measure::C50) < 0.02 && figure(&slow, Measure::MovingLevels) > 1e-3, "{slow:?}");
-        assert_eq!(Heard::of(&scene, &course, &|| false).err(), Some(JudgeError::Unwanted));
-    }
-
-    #[test]
-    fn a_change_counts_as_many_times_as_it_is_noticed() {
-        let measures = ResponseMeasures { itd_s: 1e-4, ild_db: 3.0, t20_s: Some(0.5), edt_s: Some(0.4), c50_db: Some(9.0) };
-        let standing = |measures, level: f64, coherence| {
-            [Standing { measures, levels_db: vec![level, level - 1.0, level - 90.0], first: 1.0, coherence: vec![coherence] }]
-        };
-        let changed = ResponseMeasures { itd_s: 6e-5, ild_db: 0.0, t20_s: None, edt_s: Some(0.44), c50_db: Some(11.0) };
-        let found = at_most_poses(standing_errors(&standing(Some(changed), -8.0, 0.35), &standing(Some(measures), -6.0, 0.5)));
-        let wanted = [
-            (Measure::Itd, 2.0),
-            (Measure::Ild, 3.0),
-            (Measure::T20, 20.0),
-            (Measure::Edt, 2.0),
-            (Measure::C50, 2.0),
-            (Measure::Coherence, 2.0),
-            (Measure::Levels, 2.0),
-        ];
-        assert_eq!(found.len(), wanted.len());
-        for (measure, jnds) in wanted {
-            assert!((figure(&found, measure) - jnds).abs() < 1e-4, "{measure:?}: {found:?}");
-        }
-        assert_eq!(largest(&found).measure, Measure::T20);
-        // Silence has nothing to compare but its levels.
-        let silent = at_most_poses(standing_errors(&standing(None, -200.0, 1.0), &standing(Some(measures), -6.0, 1.0)));
-        assert_eq!((silent.len(), figure(&silent, Measure::Levels)), (2, MOST_DB as f32));
-    }
-
-    #[test]
-    fn critical_bands_are_those_of_zwicker() {
-        let bands = critical_bands(16_000.0);
-        let width =
-            |hz: f64| bands.iter().find(|(low, high)| (*low..*high).contains(&hz)).map(|(low, high)| high - low).unwrap();
-        // Zwicker (1961): 100 Hz wide at 250 Hz, 160 at 1 kHz, 550 at 4 kHz, 1800 at 9.5 kHz.
-        for (hz, wanted) in [(250.0, 100.0), (1_000.0, 160.0), (3_400.0, 550.0), (8_500.0, 1_800.0)] {
-            assert!((width(hz) / wanted - 1.0).abs() < 0.25, "{hz}: {}", width(hz));
-        }
-    }
-
-    #[test]
-    fn a_tone_is_as_deeply_modulated_as_it_is() {
-        let (rate, hz) = (16_000.0, 1_600.0);
-        for depth in [0.02, 0.1, 0.3] {
-            let tone: Vec<f32> = (0..20_000)
-                .map(|i| f64::from(i) / rate)
-                .map(|t| ((1.0 + depth * (TAU * 31.0 * t).sin()) * (TAU * hz * t).sin()) as f32)
-                .collect();
-            let found = modulation(&tone, hz, rate);
-            assert!((found / depth - 1.0).abs() < 0.05, "{found} of {depth}");
-        }
-    }
-}
+mod tests;

@@ -1,6 +1,6 @@
 //! Accuracy against processor time: what less of a scene costs, and how far it is off.
 
-use crate::audible::Heard;
+use crate::audible::{Heard, Player};
 use crate::error::JudgeError;
 use crate::poses::Course;
 use promenade_core::{Audible, FrontPoint, Measure, Scene, Setting};
@@ -11,49 +11,61 @@ pub use crate::audible::{JND_DB, JND_DECAY, JND_ITD_S, errors_to_measurements, l
 
 /// Differences in just noticed ones that fronts are made for.
 pub const STANDARD_JNDS: [f32; 4] = [0.25, 0.5, 1.0, 2.0];
-/// Poses at which settings are compared, and the course's seed.
-const POSES: usize = 20;
+/// Poses at which each step is measured, beside one way, the share of them that differ by no more than its error, and the seed.
+const POSES: usize = 6;
+const OF_STEPS: f64 = 0.9;
 const SEED: u64 = 1;
 const OTHER_WAYS: usize = 3;
-/// Other ways on which what was chosen is checked, their seed, and how often less is asked for where it errs more there.
-const CHECKED_WAYS: usize = 2;
+/// Poses and ways at which what was chosen is checked, their seed, and how often it is chosen anew.
+const CHECKED_POSES: usize = 32;
+const CHECKED_WAYS: usize = 5;
 const CHECKED_SEED: u64 = 3;
+/// The share of these that differ by no more than a setting's error, so that nine of ten do
+/// in other samples too.
+const OF_CHECKED: f64 = 0.95;
 const TRIES: usize = 5;
+/// An error of this share of its limit is near enough to it, and what is asked for next aims at that one.
+const NEAR: f32 = 0.85;
+const AIM: f32 = 0.93;
 /// Rate at which operations are counted, Hz.
 const RATE_HZ: f64 = 48_000.0;
 /// Shares of the taps and of the images that are tried.
 const SHARES: [f64; 8] = [0.92, 0.83, 0.7, 0.55, 0.4, 0.28, 0.18, 0.1];
 /// Decodes a second that are tried; none where the scene has a table.
 const DECODES: [usize; 5] = [30, 20, 10, 5, 0];
-/// Exchanges of one lever for another that are tried at a time.
-const MOST_SWAPS: usize = 10;
+/// Steps and exchanges of levers that are tried at a time, how many in all before it is as good as it gets, and how far above
+/// the limit they may be foretold.
+const TRIED: usize = 4;
+const MOST_TRIED: usize = 8;
+const HOPEFUL: f32 = 1.25;
 /// What a step adds to the error at least, so that free ones are compared by what they save.
 const LEAST_JNDS: f32 = 0.01;
 
 /// The front of a scene: settings of which none costs no more than another and errs no more, all of the scene first. For each
-/// of [`STANDARD_JNDS`], and for one more error, there is one that stays within it, if any does. Costs are counts of
-/// operations, so that a scene has one front on all machines.
+/// of some limits, as [`STANDARD_JNDS`], there is one that stays within it, if any does. Costs are counts of operations, so that
+/// a scene has one front on all machines.
 ///
 /// From all of the scene on, each step is the one that saves most for the error that it adds, by what each step does alone; how
-/// far one may go is measured with all steps together. What is chosen is measured at as many other poses and on other ways, and
-/// has the larger of both errors; where that is too large, less is asked for.
+/// far one may go is measured with all steps together, at few poses. What is chosen has the error that is measured at many
+/// others; by that one less or more is asked for.
 ///
 /// # Errors
 /// The result is no longer wanted, or what is heard cannot be compared.
-pub fn front(scene: &Arc<Scene>, within: f32, wanted: &(dyn Fn() -> bool + Sync)) -> Result<Vec<FrontPoint>, JudgeError> {
+pub fn front(scene: &Arc<Scene>, limits: &[f32], wanted: &(dyn Fn() -> bool + Sync)) -> Result<Vec<FrontPoint>, JudgeError> {
     let mut search = Search::new(scene, wanted)?;
     let path = search.path()?;
-    search.check(search.all())?;
-    for limit in STANDARD_JNDS.into_iter().chain([within]) {
-        let mut asked = limit;
-        for _ in 0..TRIES {
-            let setting = search.along(&path, asked)?;
-            let error = search.check(setting)?.jnds;
-            if error <= limit {
-                break;
-            }
-            asked *= (limit / error).min(0.9);
-        }
+    search.check(&[search.all()])?;
+    let mut open: Vec<(f32, f32)> = limits.iter().map(|limit| (*limit, *limit)).collect();
+    for _ in 0..TRIES {
+        let chosen: Vec<Setting> = open.iter().map(|(_, asked)| search.along(&path, *asked)).collect::<Result<_, _>>()?;
+        let known: Vec<bool> = chosen.iter().map(|setting| search.error(*setting).is_some()).collect();
+        search.check(&chosen)?;
+        let next = |(((limit, asked), setting), known): (((f32, f32), Setting), bool)| {
+            let error = search.error(setting)?.jnds;
+            let enough = error <= limit && (error >= NEAR * limit || known);
+            (!enough).then(|| (limit, asked * (AIM * limit / error.max(0.1 * limit)).clamp(0.5, 1.5)))
+        };
+        open = open.into_iter().zip(chosen).zip(known).filter_map(next).collect();
     }
     Ok(search.points())
 }
@@ -72,15 +84,15 @@ pub fn elsewhere(scene: &Arc<Scene>, settings: &[Setting], poses: usize) -> Resu
     each(settings, one).into_iter().collect()
 }
 
-/// What a closure makes of each of some settings, on all processors where that is built.
-fn each<T: Send>(settings: &[Setting], one: impl Fn(&Setting) -> T + Sync + Send) -> Vec<T> {
+/// What a closure makes of each of some items, on all processors where that is built.
+fn each<I: Sync, T: Send>(items: &[I], one: impl Fn(&I) -> T + Sync + Send) -> Vec<T> {
     #[cfg(feature = "rayon")]
     return rayon::prelude::ParallelIterator::collect(rayon::prelude::ParallelIterator::map(
-        rayon::prelude::IntoParallelRefIterator::par_iter(settings),
+        rayon::prelude::IntoParallelRefIterator::par_iter(items),
         one,
     ));
     #[cfg(not(feature = "rayon"))]
-    return settings.iter().map(one).collect();
+    return items.iter().map(one).collect();
 }
 
 /// The cheapest scene within an error of all of one, by the front that it carries or else by [`front`].
@@ -93,7 +105,7 @@ pub fn scene_within(
     wanted: &(dyn Fn() -> bool + Sync),
 ) -> Result<(Arc<Scene>, FrontPoint), JudgeError> {
     let own = &scene.parts().front;
-    let found = if own.is_empty() { front(scene, jnds, wanted)? } else { own.clone() };
+    let found = if own.is_empty() { front(scene, &[jnds], wanted)? } else { own.clone() };
     let all = FrontPoint { setting: Setting::ALL.of(scene), error: largest(&[]), cost: 1.0 };
     let point = *FrontPoint::within(&found, jnds).unwrap_or(&all);
     let kept = scene.with_setting(point.setting).map_or_else(|| Arc::clone(scene), Arc::new);
@@ -104,14 +116,14 @@ pub fn scene_within(
 struct Search<'a> {
     /// The scene with its image sources in each order.
     orders: Vec<Arc<Scene>>,
-    full: Heard,
-    course: Course,
+    /// Where steps are measured, and where what was chosen is checked, with all of the scene there.
+    courses: [Course; 2],
+    full: Vec<Heard>,
     /// Values of each lever, all of it first.
     levers: Vec<Vec<Setting>>,
     measured: HashMap<Setting, (f64, Vec<Audible>)>,
-    /// Other poses and ways, all of the scene there, and the errors of what was checked.
-    elsewhere: (Course, Heard),
-    checked: HashMap<Setting, Audible>,
+    standing: HashMap<Setting, Vec<Audible>>,
+    checked: Vec<(Setting, Audible)>,
     wanted: &'a (dyn Fn() -> bool + Sync),
 }
 
@@ -120,10 +132,8 @@ type Steps = Vec<usize>;
 
 impl<'a> Search<'a> {
     fn new(scene: &Arc<Scene>, wanted: &'a (dyn Fn() -> bool + Sync)) -> Result<Self, JudgeError> {
-        let course = Course::new(scene, POSES, 1, SEED);
-        let full = Heard::of(scene, &course, wanted)?;
-        let other = Course::new(scene, POSES, CHECKED_WAYS, CHECKED_SEED);
-        let elsewhere = (other.clone(), Heard::of(scene, &other, wanted)?);
+        let courses = [Course::new(scene, POSES, 1, SEED), Course::new(scene, CHECKED_POSES, CHECKED_WAYS, CHECKED_SEED)];
+        let full = each(&courses, |course| Heard::of(scene, course, wanted)).into_iter().collect::<Result<_, _>>()?;
         let all = Setting::ALL.of(scene);
         let orders = (0..=all.order).filter_map(|order| scene.with_setting(Setting { order, ..all }).map(Arc::new)).collect();
         let shares = |count: usize| SHARES.map(|share| ((share * count as f64).round() as usize).max(1));
@@ -146,7 +156,16 @@ impl<'a> Search<'a> {
             lever(if all.waves { vec![Setting { waves: false, ..all }] } else { vec![] }),
             lever(if live { decodes.to_vec() } else { vec![] }),
         ];
-        Ok(Self { orders, full, course, levers, measured: HashMap::new(), elsewhere, checked: HashMap::new(), wanted })
+        Ok(Self {
+            orders,
+            courses,
+            full,
+            levers,
+            measured: HashMap::new(),
+            standing: HashMap::new(),
+            checked: Vec::new(),
+            wanted,
+        })
     }
 
     fn all(&self) -> Setting {
@@ -165,60 +184,96 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// Measures some settings that have not been measured yet.
-    fn measure(&mut self, settings: &[Setting]) -> Result<(), JudgeError> {
+    /// Measures settings that have not been measured yet. Ways are long, so they are left out where what is heard standing is
+    /// beyond a limit already.
+    fn measure(&mut self, settings: &[Setting], limit: f32) -> Result<(), JudgeError> {
         let new: Vec<Setting> = settings.iter().copied().filter(|setting| !self.measured.contains_key(setting)).collect();
-        let one = |setting: &Setting| -> Result<_, JudgeError> {
+        let one = |setting: &Setting| -> Result<(Vec<Audible>, Option<(f64, Vec<Audible>)>), JudgeError> {
+            let known = self.standing.get(&self.as_standing(*setting));
+            if known.is_some_and(|errors| largest(errors).jnds > limit) {
+                return Ok((Vec::new(), None));
+            }
             let Some(scene) = self.scene(*setting) else {
                 // What does not fit together is no setting.
-                return Ok((f64::INFINITY, vec![Audible { jnds: f32::INFINITY, measure: Measure::Levels }]));
+                let errors = vec![Audible { jnds: f32::INFINITY, measure: Measure::Levels }];
+                return Ok((errors.clone(), Some((f64::INFINITY, errors))));
             };
-            let heard = Heard::of(&scene, &self.course, self.wanted)?;
-            Ok((scene.operations(RATE_HZ), heard.errors(&self.full)))
+            let (course, full) = (&self.courses[0], &self.full[0]);
+            let mut player = Player::new(&scene)?;
+            let standing = match known {
+                Some(errors) => errors.clone(),
+                None => full.standing_errors(&player.standing(course, self.wanted)?, OF_STEPS),
+            };
+            if largest(&standing).jnds > limit {
+                return Ok((standing, None));
+            }
+            let errors = [&standing[..], &full.moving_errors(&player.moving(course, self.wanted)?, OF_STEPS)].concat();
+            Ok((standing, Some((scene.operations(RATE_HZ), errors))))
         };
-        let found: Result<Vec<_>, JudgeError> = each(&new, one).into_iter().collect();
-        self.measured.extend(new.into_iter().zip(found?));
+        let found: Vec<_> = each(&new, one).into_iter().collect::<Result<_, _>>()?;
+        for (setting, (standing, errors)) in new.into_iter().zip(found) {
+            let of = self.as_standing(setting);
+            self.standing.entry(of).or_insert(standing);
+            self.measured.extend(errors.map(|errors| (setting, errors)));
+        }
         Ok(())
+    }
+
+    /// The setting that sounds as another to a listener who stands.
+    fn as_standing(&self, setting: Setting) -> Setting {
+        Setting { refresh: self.all().refresh, ..setting }
     }
 
     fn scene(&self, setting: Setting) -> Option<Arc<Scene>> {
         self.orders[setting.order.min(self.orders.len() - 1)].with_setting(setting).map(Arc::new)
     }
 
-    /// The error of a setting that was measured, elsewhere too.
-    fn check(&mut self, setting: Setting) -> Result<Audible, JudgeError> {
-        if let Some(error) = self.checked.get(&setting) {
-            return Ok(*error);
-        }
-        let mut errors = vec![self.found(setting).1];
-        if let Some(scene) = self.scene(setting) {
-            let (course, full) = &self.elsewhere;
-            errors.extend(Heard::of(&scene, course, self.wanted)?.errors(full));
-        }
-        Ok(*self.checked.entry(setting).or_insert(largest(&errors)))
+    /// The error at many poses, once that was measured.
+    fn error(&self, setting: Setting) -> Option<Audible> {
+        self.checked.iter().find(|(checked, _)| *checked == setting).map(|(_, error)| *error)
     }
 
-    /// Cost and error of what was measured.
-    fn found(&self, setting: Setting) -> (f64, Audible) {
-        self.measured.get(&setting).map_or((f64::INFINITY, largest(&[])), |(cost, errors)| (*cost, largest(errors)))
+    /// Measures settings at many poses that have not been checked yet.
+    fn check(&mut self, settings: &[Setting]) -> Result<(), JudgeError> {
+        let mut new: Vec<Setting> = settings.iter().copied().filter(|setting| self.error(*setting).is_none()).collect();
+        new.dedup();
+        let one = |setting: &Setting| -> Result<Audible, JudgeError> {
+            let Some(scene) = self.scene(*setting) else {
+                return Ok(Audible { jnds: f32::INFINITY, measure: Measure::Levels });
+            };
+            let heard = Heard::of(&scene, &self.courses[1], self.wanted)?;
+            Ok(largest(&heard.errors_at(&self.full[1], OF_CHECKED)))
+        };
+        let found: Vec<Audible> = each(&new, one).into_iter().collect::<Result<_, _>>()?;
+        self.checked.extend(new.into_iter().zip(found));
+        Ok(())
+    }
+
+    /// Whether what was measured of a setting stays within a limit.
+    fn fits(&self, setting: Setting, limit: f32) -> bool {
+        self.measured.get(&setting).is_some_and(|(_, errors)| largest(errors).jnds <= limit)
     }
 
     /// What steps save of the operations, as the levers have it one by one.
     fn saved(&self, steps: &Steps) -> f64 {
-        let cost = |setting: Setting| self.found(setting).0;
+        let cost = |setting: Setting| self.measured[&setting].0;
         self.levers.iter().zip(steps).map(|(lever, step)| cost(lever[0]) - cost(lever[*step])).sum()
     }
 
-    /// Steps that pull one lever further, and those that let go of another for it and still save, the most saving ones.
-    fn next_to(&self, here: &Steps) -> [Vec<Steps>; 2] {
-        let further = (0..here.len()).filter(|lever| here[*lever] + 1 < self.levers[*lever].len());
-        let pulled: Vec<Steps> = further
-            .map(|lever| {
-                let mut steps = here.clone();
-                steps[lever] += 1;
-                steps
-            })
-            .collect();
+    /// Error of each measure by what the levers' steps do one by one.
+    fn foretold(&self, steps: &Steps) -> Vec<f32> {
+        let alone = || self.levers.iter().zip(steps).flat_map(|(lever, step)| &self.measured[&lever[*step]].1);
+        Measure::ALL.iter().map(|measure| alone().filter(|e| e.measure == *measure).map(|e| e.jnds).sum()).collect()
+    }
+
+    /// Steps that pull one lever further, and those that let go of another for it and still save, the most saving ones first:
+    /// those of which the error can be hoped to stay within a limit.
+    fn next_to(&self, here: &Steps, limit: f32) -> Vec<Steps> {
+        let pulled = (0..here.len()).filter(|lever| here[*lever] + 1 < self.levers[*lever].len()).map(|lever| {
+            let mut steps = here.clone();
+            steps[lever] += 1;
+            steps
+        });
         let let_go = |steps: &Steps| -> Vec<Steps> {
             let others = (0..here.len()).filter(|lever| steps[*lever] == here[*lever] && here[*lever] > 0);
             let back = |lever: usize| [1, 2, here[lever]].map(|by| (lever, here[lever].saturating_sub(by)));
@@ -227,27 +282,30 @@ impl<'a> Search<'a> {
                 steps[lever] = step;
                 steps
             };
-            others.flat_map(back).map(to).collect()
+            others.flat_map(back).map(to).chain([steps.clone()]).collect()
         };
-        let mut swapped: Vec<Steps> = pulled.iter().flat_map(let_go).filter(|s| self.saved(s) > self.saved(here)).collect();
-        swapped.sort_by(|a, b| self.saved(b).total_cmp(&self.saved(a)));
-        swapped.dedup();
-        swapped.truncate(MOST_SWAPS);
-        [pulled, swapped]
+        let (_, known) = &self.measured[&self.setting(here)];
+        let before = self.foretold(here);
+        let error = |steps: &Steps| {
+            let of = |(n, measure): (usize, &Measure)| {
+                known.iter().find(|e| e.measure == *measure).map_or(0.0, |e| e.jnds) + self.foretold(steps)[n] - before[n]
+            };
+            Measure::ALL.iter().enumerate().map(of).fold(0.0, f32::max)
+        };
+        let hopeful = |steps: &Steps| self.saved(steps) > self.saved(here) && error(steps) <= HOPEFUL * limit;
+        let mut next: Vec<Steps> = pulled.flat_map(|steps| let_go(&steps)).filter(hopeful).collect();
+        next.sort_by(|a, b| self.saved(b).total_cmp(&self.saved(a)));
+        next.dedup();
+        next.truncate(MOST_TRIED);
+        next
     }
 
     /// From all of the scene to the least of it: at each step the one that saves most for what it adds to the error, as the
     /// levers have it one by one.
     fn path(&mut self) -> Result<Vec<Steps>, JudgeError> {
         let alone: Vec<Setting> = self.levers.concat();
-        self.measure(&alone)?;
-        let error = |steps: &Steps| -> f32 {
-            let of = |measure: Measure| -> f32 {
-                let each = self.levers.iter().zip(steps).map(|(lever, step)| &self.measured[&lever[*step]].1);
-                each.flatten().filter(|e| e.measure == measure).map(|e| e.jnds).sum()
-            };
-            Measure::ALL.iter().copied().map(of).fold(0.0, f32::max)
-        };
+        self.measure(&alone, f32::INFINITY)?;
+        let error = |steps: &Steps| self.foretold(steps).into_iter().fold(0.0, f32::max);
         let mut path = vec![vec![0; self.levers.len()]];
         while let Some(here) = path.last().cloned() {
             let (here_saved, here_error) = (self.saved(&here), error(&here));
@@ -278,9 +336,9 @@ impl<'a> Search<'a> {
         while high - low > 1 {
             // Both thirds at once, for two processors.
             let tried = [low + (high - low).div_ceil(3), low + (2 * (high - low)).div_ceil(3)].map(|at| at.min(high - 1));
-            self.measure(&tried.map(|at| self.setting(&path[at])))?;
+            self.measure(&tried.map(|at| self.setting(&path[at])), limit)?;
             for at in tried {
-                if self.found(self.setting(&path[at])).1.jnds <= limit {
+                if self.fits(self.setting(&path[at]), limit) {
                     low = low.max(at);
                 } else {
                     high = high.min(at.max(low + 1));
@@ -290,17 +348,15 @@ impl<'a> Search<'a> {
         }
         let mut here = path[low].clone();
         'further: loop {
-            for next in self.next_to(&here) {
+            for next in self.next_to(&here, limit).chunks(TRIED) {
                 let settings: Vec<Setting> = next.iter().map(|steps| self.setting(steps)).collect();
-                self.measure(&settings)?;
-                let cost = self.found(self.setting(&here)).0;
-                let fits = |setting: &Setting| {
-                    let (its, error) = self.found(*setting);
-                    error.jnds <= limit && its < cost
-                };
-                let best = next.into_iter().zip(settings).filter(|(_, setting)| fits(setting));
-                if let Some((steps, _)) = best.min_by(|(_, a), (_, b)| self.found(*a).0.total_cmp(&self.found(*b).0)) {
-                    here = steps;
+                self.measure(&settings, limit)?;
+                let cost = |setting: Setting| self.measured.get(&setting).map_or(f64::INFINITY, |(cost, _)| *cost);
+                let before = cost(self.setting(&here));
+                let best =
+                    next.iter().zip(settings).filter(|(_, setting)| self.fits(*setting, limit) && cost(*setting) < before);
+                if let Some((steps, _)) = best.min_by(|(_, a), (_, b)| cost(*a).total_cmp(&cost(*b))) {
+                    here.clone_from(steps);
                     continue 'further;
                 }
             }
@@ -310,15 +366,12 @@ impl<'a> Search<'a> {
 
     /// What was checked and is neither dearer nor worse than something else, the dearest first.
     fn points(&self) -> Vec<FrontPoint> {
-        let all = self.found(self.all()).0;
+        let cost = |setting: &Setting| self.measured.get(setting).map_or(f64::INFINITY, |(cost, _)| *cost);
+        let all = cost(&self.all());
         let mut points: Vec<FrontPoint> = self
             .checked
             .iter()
-            .map(|(setting, error)| FrontPoint {
-                setting: *setting,
-                error: *error,
-                cost: (self.found(*setting).0 / all) as f32,
-            })
+            .map(|(setting, error)| FrontPoint { setting: *setting, error: *error, cost: (cost(setting) / all) as f32 })
             .collect();
         points.sort_by(|a, b| b.cost.total_cmp(&a.cost).then(b.error.jnds.total_cmp(&a.error.jnds)));
         let mut kept: Vec<FrontPoint> = Vec::new();
@@ -333,26 +386,4 @@ impl<'a> Search<'a> {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use promenade_testing::scenes::room_with_images;
-
-    #[test]
-    fn a_front_falls_and_has_what_is_asked_for_within_its_error() {
-        let scene = room_with_images(8_000.0, 0.2, 0.05, 20);
-        let points = front(&scene, 1.0, &|| true).unwrap();
-        assert_eq!(points[0].error.jnds, 0.0);
-        assert!(points.windows(2).all(|p| p[0].cost > p[1].cost && p[0].error.jnds < p[1].error.jnds), "{points:?}");
-        assert_eq!(points, front(&scene, 1.0, &|| true).unwrap(), "another front of the same scene");
-        let costs = STANDARD_JNDS.map(|jnds| FrontPoint::within(&points, jnds).unwrap().cost);
-        assert!(costs.windows(2).all(|pair| pair[1] <= pair[0]) && costs[3] < 0.9, "{costs:?}");
-        // What a file carries is taken as it is.
-        let mut parts = scene.parts().clone();
-        parts.front = points.clone();
-        let carrying = Arc::new(Scene::new(parts).unwrap());
-        let (kept, point) = scene_within(&carrying, 1.0, &|| false).unwrap();
-        assert_eq!(Some(&point), FrontPoint::within(&points, 1.0));
-        assert_eq!(point.setting, Setting::ALL.of(&kept));
-        assert_eq!(front(&scene, 1.0, &|| false), Err(JudgeError::Unwanted));
-    }
-}
+mod tests;

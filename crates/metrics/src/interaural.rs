@@ -9,6 +9,8 @@ use std::f64::consts::PI;
 const CUTOFF_HZ: f64 = 1500.0;
 /// No head is wider than this, seconds.
 const LARGEST_LAG_S: f64 = 1e-3;
+/// A maximum of the cross-correlation that has this share of the highest may be heard in its place.
+const NEARLY: f64 = 0.9;
 /// The lag of responses is found on a grid this much finer than the samples.
 const OVERSAMPLING: usize = 16;
 /// Samples of a response kept before the earlier onset.
@@ -26,6 +28,26 @@ const WIDEST_BIN_HZ: f64 = 32.0;
 /// # Errors
 /// Ears of different lengths, a silent ear, a sample that is not finite, or a rate that does not hold 1.5 kHz.
 pub fn itd_s(left: &[f32], right: &[f32], sample_rate_hz: f64) -> Result<f64, MetricError> {
+    let (lags, reach, rate) = direct_lags(left, right, sample_rate_hz)?;
+    Ok(lags.strongest(reach) as f64 / rate)
+}
+
+/// The interaural time differences that a response may have, seconds, as [`itd_s`]: that of the cross-correlation's maximum, and
+/// those of its other maxima within 1 ms that are nearly as high, at least nine tenths.
+///
+/// # Errors
+/// Those of [`itd_s`].
+pub fn itds_s(left: &[f32], right: &[f32], sample_rate_hz: f64) -> Result<Vec<f64>, MetricError> {
+    let (lags, reach, rate) = direct_lags(left, right, sample_rate_hz)?;
+    let (strongest, reach) = (lags.strongest(reach), reach as i64);
+    let is_high = |lag: i64| lags.at(lag) >= NEARLY * lags.at(strongest);
+    let is_top = |lag: i64| lags.at(lag) >= lags.at(lag - 1) && lags.at(lag) > lags.at(lag + 1);
+    let all = (-reach..=reach).filter(|lag| *lag == strongest || (is_high(*lag) && is_top(*lag)));
+    Ok(all.map(|lag| lag as f64 / rate).collect())
+}
+
+/// The cross-correlation of the direct sound's ears, the lags within 1 ms, and how many a second has.
+fn direct_lags(left: &[f32], right: &[f32], sample_rate_hz: f64) -> Result<(Lags, usize, f64), MetricError> {
     check_rate(sample_rate_hz)?;
     check_pair(left, right)?;
     if sample_rate_hz <= 2.0 * CUTOFF_HZ {
@@ -38,7 +60,7 @@ pub fn itd_s(left: &[f32], right: &[f32], sample_rate_hz: f64) -> Result<f64, Me
     let (left, right) = (direct(left), direct(right));
     let rate = sample_rate_hz * OVERSAMPLING as f64;
     let lags = Lags::new(&left, &right, 2 * left.len(), |_| true);
-    Ok(lags.strongest(samples_in(LARGEST_LAG_S, rate).min(left.len() - 1)) as f64 / rate)
+    Ok((lags, samples_in(LARGEST_LAG_S, rate).min(left.len() - 1), rate))
 }
 
 /// Interaural time difference of running sound, seconds, positive when the left ear is later: the maximum within 1 ms of the
@@ -184,6 +206,18 @@ mod tests {
         let mixed: Vec<f32> = common.iter().zip(own).map(|(a, b)| 0.6 * a + 0.8 * b).collect();
         near(interaural_coherence([common, &mixed], rate), 0.6);
         assert_eq!(interaural_coherence([common, &[0.0; 9]], rate), None);
+    }
+
+    #[test]
+    fn two_delays_that_are_nearly_as_strong_are_both_heard() {
+        let rate = 48_000.0;
+        let left = pulse(100.0, 400);
+        let right =
+            |second: f32| -> Vec<f32> { pulse(80.0, 400).iter().zip(pulse(130.0, 400)).map(|(a, b)| a + second * b).collect() };
+        let found = |second: f32| itds_s(&left, &right(second), rate).unwrap();
+        let [both, one] = [0.97, 0.5].map(found);
+        assert!(both.len() == 2 && (both[0] + 30.0 / rate).abs() < 4e-5 && (both[1] - 20.0 / rate).abs() < 4e-5, "{both:?}");
+        assert_eq!(one, [itd_s(&left, &right(0.5), rate).unwrap()]);
     }
 
     #[test]

@@ -57,7 +57,7 @@ pub use bands::{band_ild_error_db, band_powers};
 pub use decay::{DecayRange, backward_integral, c50_db, decay_time_s, schroeder_db};
 pub use deconvolution::deconvolve;
 pub use envelope::{envelope, envelope_distance};
-pub use interaural::{ild_db, interaural_coherence, itd_s, running_itd_s};
+pub use interaural::{ild_db, interaural_coherence, itd_s, itds_s, running_itd_s};
 pub use line::{Line, slope};
 pub use localisation::{Cues, lateral_deg, pointed};
 pub use octave::{octave_of, smoothed_levels_db};

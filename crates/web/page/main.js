@@ -83,6 +83,7 @@ async function showPlace() {
     attempt("splats", () => showSplats(scene));
   }
   at("head-row").hidden = site.heads.length === 0;
+  at("accuracy-row").hidden = !hasFront();
   drawSounds();
 }
 
@@ -266,6 +267,8 @@ at("trims-reset").addEventListener("click", trims(at("trims"), change));
 slider(at("volume"), SETTINGS.gain, "Volume", (value) =>
   output.setVolume(value <= SETTINGS.gain.from ? 0 : 10 ** (value / 20)),
 );
+/** Whether a file says what less of its scene costs; otherwise all of it is played. */
+const hasFront = () => voices.voices.some((voice) => voice.loaded?.place.description.front);
 /** What of a scene is played: within so many just noticeable differences; "auto" is what this device can afford. */
 const ACCURACIES = ["all", "0.25", "0.5", "1", "2"];
 const EASY = 0.5;
@@ -282,7 +285,7 @@ at("accuracy").addEventListener("change", () => {
 /** After a second that took too long the next cheaper one is played. */
 function afford(load) {
   const now = ACCURACIES.findIndex((a) => (a === "all" ? 0 : Number(a)) === (voices.beside.accuracy ?? 0));
-  if (wanted === "auto" && load > EASY && now + 1 < ACCURACIES.length) play(ACCURACIES[now + 1]);
+  if (wanted === "auto" && hasFront() && load > EASY && now + 1 < ACCURACIES.length) play(ACCURACIES[now + 1]);
 }
 
 choices(at("head"), [["", "as the place was measured"], ...site.heads.map((h, n) => [n, h.name])], "");

@@ -43,6 +43,8 @@ pub struct Engine {
     head: Option<Head>,
     headphones: Option<Headphones>,
     scene: Option<Arc<Scene>>,
+    /// Whether the file says what less of its scene costs.
+    front: bool,
     stream: Spatializer,
     headphone_stage: HeadphoneStage,
     params: BlockParams,
@@ -66,6 +68,7 @@ impl Engine {
             head: None,
             headphones: None,
             scene: None,
+            front: false,
             stream: Spatializer::new(rate_hz),
             headphone_stage: HeadphoneStage::default(),
             params: BlockParams::default(),
@@ -113,6 +116,7 @@ impl Engine {
         if let Some(head) = &self.head {
             scene = scene.with_head(head).map_err(|e| e.to_string())?;
         }
+        self.front = !scene.parts().front.is_empty();
         let point = FrontPoint::within(&scene.parts().front, options.within).filter(|_| options.within > 0.0).copied();
         if let Some(kept) = point.and_then(|point| scene.with_setting(point.setting)) {
             scene = kept;
@@ -163,6 +167,7 @@ impl Engine {
         let mut all = description::description(scene);
         if let Some(of) = all.as_object_mut() {
             of.insert("latency_samples".into(), self.stream.latency_samples().into());
+            of.insert("front".into(), self.front.into());
             of.insert("headphones".into(), self.headphones.is_some().into());
         }
         all.to_string()

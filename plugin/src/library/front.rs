@@ -1,5 +1,6 @@
 //! The fronts of scenes: what less of each costs and how far it is off, found once for all instances of the process.
 
+use super::kept_fronts::{self, KeptFronts};
 use crate::worker::lock::lock;
 use crate::worker::{SEARCHER, Task, TaskHandle};
 use nice_plug::nice_error;
@@ -13,6 +14,7 @@ use std::time::Instant;
 /// A search for the front of a scene, which it does not keep in memory.
 struct Search {
     scene: Weak<Scene>,
+    kept: KeptFronts,
     found: OnceLock<Option<Vec<FrontPoint>>>,
 }
 
@@ -26,7 +28,11 @@ impl Task for Search {
         let scene = self.scene.upgrade().filter(|_| self.found.get().is_none())?;
         // This search holds the scene too.
         let wanted = || self.scene.strong_count() > 1;
-        let found = match front(&scene, STANDARD_JNDS[0], &wanted) {
+        let file = self.kept.file(&scene);
+        if let Some(kept) = file.as_deref().and_then(kept_fronts::read) {
+            return self.end(Some(kept));
+        }
+        let found = match front(&scene, &STANDARD_JNDS, &wanted) {
             Err(JudgeError::Unwanted) => return None,
             Err(error) => {
                 nice_error!("what less of a scene costs cannot be found: {error}");
@@ -34,6 +40,15 @@ impl Task for Search {
             }
             Ok(front) => Some(front),
         };
+        if let (Some(file), Some(front)) = (&file, &found) {
+            kept_fronts::write(file, front);
+        }
+        self.end(found)
+    }
+}
+
+impl Search {
+    fn end(&self, found: Option<Vec<FrontPoint>>) -> Option<Instant> {
         if self.found.set(found).is_ok() {
             ENDED.fetch_add(1, Ordering::Release);
         }
@@ -59,15 +74,20 @@ fn found(scene: &Arc<Scene>) -> Option<Option<Vec<FrontPoint>>> {
     search.found.get().cloned()
 }
 
-/// Finds the front of a scene in the background, which takes seconds, unless it is known or being found.
+/// Finds the front of a scene in the background, unless it is known or being found: in the user's cache, or by a search, which
+/// takes seconds.
 pub fn search(scene: &Arc<Scene>) {
+    search_beside(scene, KeptFronts::of_this_machine());
+}
+
+fn search_beside(scene: &Arc<Scene>, kept: KeptFronts) {
     let mut all = lock(&ALL);
     all.retain(|(search, _)| search.scene.strong_count() > 0);
     let is_known = all.iter().any(|(search, _)| std::ptr::eq(search.scene.as_ptr(), Arc::as_ptr(scene)));
     if is_known || !scene.parts().front.is_empty() {
         return;
     }
-    let search = Arc::new(Search { scene: Arc::downgrade(scene), found: OnceLock::new() });
+    let search = Arc::new(Search { scene: Arc::downgrade(scene), kept, found: OnceLock::new() });
     match SEARCHER.add(search.clone()) {
         Ok(task) => {
             task.schedule();
@@ -93,10 +113,12 @@ mod tests {
 
     #[test]
     fn a_front_is_found_once_in_the_background() {
+        let folder = tempfile::tempdir().unwrap();
+        let kept = KeptFronts::in_folder(folder.path());
         let scene = room_with_images(8_000.0, 0.2, 0.05, 4);
         assert!(is_awaited(&scene) && known(&scene).is_none());
         let before = ended();
-        [(); 2].into_iter().for_each(|()| search(&scene));
+        [(); 2].into_iter().for_each(|()| search_beside(&scene, kept.clone()));
         let began = Instant::now();
         while is_awaited(&scene) {
             assert!(began.elapsed() < Duration::from_secs(120), "no front");
@@ -105,5 +127,15 @@ mod tests {
         let front = known(&scene).unwrap();
         assert!(front[0].error.jnds == 0.0 && front.last().unwrap().cost < 1.0, "{front:?}");
         assert_eq!(ended() - before, 1, "found twice");
+        // Another process finds what this one did, whatever that is.
+        let file = kept.file(&scene).unwrap();
+        assert_eq!(kept_fronts::read(&file), Some(front.clone()));
+        kept_fronts::write(&file, &front[..1]);
+        let again = room_with_images(8_000.0, 0.2, 0.05, 4);
+        search_beside(&again, kept);
+        while is_awaited(&again) {
+            std::thread::sleep(Duration::from_millis(1));
+        }
+        assert_eq!(known(&again).as_deref(), Some(&front[..1]));
     }
 }

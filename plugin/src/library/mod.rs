@@ -5,6 +5,7 @@ pub mod drawn_room;
 pub mod factory;
 pub(crate) mod file;
 pub mod front;
+mod kept_fronts;
 pub mod level;
 pub mod lister;
 pub mod outline;

@@ -1,6 +1,7 @@
 //! Arguments of `promenade bake`, and of all that reads responses.
 
-use super::values::{parse_bounds, parse_pair, within};
+use super::less::LessArgs;
+use super::values::{parse_bounds, parse_pair};
 use clap::{Args, Subcommand, ValueEnum};
 use promenade_baker::{BakeError, LoadOptions, Responses, Side};
 use promenade_core::glam::Vec3;
@@ -12,7 +13,8 @@ pub(crate) enum BakeSource {
     Responses(BakeResponsesArgs),
     /// From a scene's own anchor cloud: a table in its place
     Field(BakeFieldArgs),
-    /// From a scene: one that keeps less of what it holds and costs less
+    /// From a scene: one that keeps less of what it holds and costs less, or without --within all of it with the settings that
+    /// players choose from
     Less(BakeLessArgs),
 }
 
@@ -20,10 +22,8 @@ pub(crate) enum BakeSource {
 pub(crate) struct BakeLessArgs {
     /// Scene file
     pub(crate) scene: PathBuf,
-    /// Keep what stays within this error, in differences that are just noticed; without it all, with the settings that players
-    /// choose from
-    #[arg(long, value_name = "JND", value_parser = within(0.0_f32, 1000.0))]
-    pub(crate) within: Option<f32>,
+    #[command(flatten)]
+    pub(crate) less: LessArgs,
     /// Scene file to write
     #[arg(short, long, value_name = "SCENE")]
     pub(crate) output: PathBuf,
@@ -54,6 +54,8 @@ pub(crate) struct BakeFieldArgs {
     /// Seed of the poses that are tried
     #[arg(long, default_value_t = 1)]
     pub(crate) seed: u64,
+    #[command(flatten)]
+    pub(crate) less: LessArgs,
 }
 
 /// A set of measured responses.
@@ -109,6 +111,8 @@ pub(crate) struct BakeResponsesArgs {
     /// SOFA file of the head that the responses were measured with: another one takes its place more truly later
     #[arg(long, value_name = "FILE")]
     pub(crate) head: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) less: LessArgs,
 }
 
 #[derive(Clone, Copy, Debug, ValueEnum)]

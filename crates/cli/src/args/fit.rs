@@ -2,6 +2,7 @@
 
 use super::air::AirArgs;
 use super::figures::MarkdownFile;
+use super::less::LessArgs;
 use super::mesh::MeshArgs;
 use super::pictures::PictureArgs;
 use super::simulate::parse_rule;
@@ -48,7 +49,7 @@ pub(crate) struct FitArgs {
         value_name = "S,S,S,S,S,S,S|FILE.wav|FILE.sofa",
         value_parser = parse_t20,
         allow_hyphen_values = true,
-        conflicts_with_all = ["evaluate", "changed"]
+        conflicts_with_all = ["evaluate", "changed", "within"]
     )]
     pub(crate) t20: Option<T20>,
     /// Head of a scene: free-field responses all around it
@@ -57,6 +58,8 @@ pub(crate) struct FitArgs {
     /// Emitter of a scene, metres [default: the first measurement's source]
     #[arg(long, value_name = "X,Y,Z", value_parser = parse_point, allow_hyphen_values = true)]
     pub(crate) emitter: Option<Vec3>,
+    #[command(flatten)]
+    pub(crate) less: LessArgs,
     /// Compare what is predicted at two thirds of the places by the others, three times, and print it as a table with baselines
     #[arg(long)]
     pub(crate) evaluate: bool,

@@ -2,6 +2,7 @@
 
 use super::air::AirArgs;
 use super::capture::ClipArgs;
+use super::less::LessArgs;
 use super::mesh::{SCALE, UP};
 use super::values::{parse_direction, parse_facing, parse_lengths, parse_part, parse_point, within};
 use clap::{Args, Subcommand};
@@ -25,6 +26,8 @@ pub(crate) struct SimulateArgs {
     pub(crate) air: AirArgs,
     #[command(flatten)]
     pub(crate) clips: ClipArgs,
+    #[command(flatten)]
+    pub(crate) less: LessArgs,
 }
 
 #[derive(Debug, Subcommand)]
@@ -199,6 +202,8 @@ pub(crate) struct SimulateBoxArgs {
     pub(crate) air: AirArgs,
     #[command(flatten)]
     pub(crate) clips: ClipArgs,
+    #[command(flatten)]
+    pub(crate) less: LessArgs,
     /// Scale and move the walk so that it fills the room up to this margin, metres; without it, it is in the room's coordinates
     #[arg(long, value_name = "M", requires = "path", value_parser = within(0.0_f32, 1000.0))]
     pub(crate) fit: Option<f32>,

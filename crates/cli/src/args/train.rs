@@ -1,6 +1,7 @@
 //! Arguments of `promenade train`.
 
 use super::capture::HoldOutArgs;
+use super::less::LessArgs;
 use super::simulation::SimulationArgs;
 use super::values::within;
 use clap::Args;
@@ -48,6 +49,8 @@ pub(crate) struct TrainArgs {
     pub(crate) hold_out: HoldOutArgs,
     #[command(flatten)]
     pub(crate) simulation: SimulationArgs,
+    #[command(flatten)]
+    pub(crate) less: LessArgs,
     /// Emitter that the scene is of, a name of the captures [default: the first]; `render --emitter` moves it where the scene
     /// was trained with several
     #[arg(long, value_name = "NAME")]

@@ -2,10 +2,11 @@
 
 use super::{HOST_BLOCK, HOST_RATE_HZ};
 use crate::args::MeasureArgs;
+use crate::less::words;
 use crate::report;
 use anyhow::{Context, Result};
 use promenade_baker::cost::real_times;
-use promenade_baker::trade::{elsewhere, errors_to_measurements, front, largest};
+use promenade_baker::trade::{STANDARD_JNDS, elsewhere, errors_to_measurements, front, largest};
 use promenade_core::{Audible, FrontPoint, Scene, Setting};
 use serde_json::{Value, json};
 use std::path::Path;
@@ -22,7 +23,8 @@ struct Row {
 }
 
 pub(super) fn run(of: &Arc<Scene>, path: &Path, args: &MeasureArgs) -> Result<()> {
-    let points = front(of, args.within, &|| true).with_context(|| path.display().to_string())?;
+    let points =
+        front(of, &[&STANDARD_JNDS[..], &[args.within]].concat(), &|| true).with_context(|| path.display().to_string())?;
     let chosen = FrontPoint::within(&points, args.within).copied();
     let rows = rows(of, &points, args)?;
     let text = |markdown| table(&rows, of, markdown) + "\n" + &sentence(chosen.as_ref(), of, args.within) + "\n";
@@ -46,21 +48,6 @@ fn rows(of: &Arc<Scene>, points: &[FrontPoint], args: &MeasureArgs) -> Result<Ve
         })
     });
     rows.collect()
-}
-
-/// What of a scene is left out.
-pub(crate) fn words(setting: Setting, of: &Scene) -> String {
-    let (all, its) = (Setting::ALL.of(of), setting.of(of));
-    let mut parts = Vec::new();
-    let mut less = |differs: bool, text: String| parts.extend(differs.then_some(text));
-    less(its.taps < all.taps, format!("{} of {} taps", its.taps, all.taps));
-    less(its.images < all.images, format!("{} of {} images", its.images, all.images));
-    less(its.order < all.order, format!("order {}", its.order));
-    less(its.refresh > all.refresh, format!("refreshed {} times as slowly", its.refresh));
-    less(its.waves != all.waves, "no waves".to_owned());
-    let decodes = if its.decodes == 0 { "a table".to_owned() } else { format!("{} decodes/s", its.decodes) };
-    less(its.decodes < all.decodes, decodes);
-    if parts.is_empty() { "all".to_owned() } else { parts.join(", ") }
 }
 
 /// What to choose, and what plays the scene so.

@@ -13,6 +13,7 @@ use std::time::Instant;
 const RESPONSES_HZ: u32 = 24_000;
 
 pub(super) fn run(args: &SimulateBoxArgs) -> Result<()> {
+    args.less.check(&args.output)?;
     let walls = walls(args);
     let rate = args.rate.unwrap_or(RESPONSES_HZ);
     let poses = poses(args)?;

@@ -2,7 +2,7 @@
 
 use super::room::{room, source, within};
 use super::{Run, head_of, is_there, scene, walk};
-use crate::args::{AirArgs, ClipArgs, RoomArgs, RunArgs, SimulateMeshArgs};
+use crate::args::{RoomArgs, RunArgs, SimulateArgs, SimulateMeshArgs};
 use crate::report;
 use anyhow::{Result, bail};
 use promenade_acoustics::{Air, LateField, MeshReport, Room};
@@ -13,7 +13,8 @@ use std::time::Instant;
 /// Share of the directions in which a room has a surface, at least.
 const LEAST_ENCLOSED: f64 = 0.8;
 
-pub(super) fn run(of: &RoomArgs, args: &SimulateMeshArgs, run: &RunArgs, air: AirArgs, clips: &ClipArgs) -> Result<()> {
+pub(super) fn run(of: &RoomArgs, args: &SimulateMeshArgs, run: &RunArgs, rest: &SimulateArgs) -> Result<()> {
+    let SimulateArgs { air, clips, less, .. } = rest;
     let began = Instant::now();
     let source = source(of)?;
     let (mesh, room, size) = room(of)?;
@@ -21,8 +22,9 @@ pub(super) fn run(of: &RoomArgs, args: &SimulateMeshArgs, run: &RunArgs, air: Ai
         if !clips.dry.is_empty() {
             bail!("{}: expected --dry for a capture, found a scene to write", args.output.display());
         }
-        return scene::write(&mesh, &room, &source, of, args, (run, air));
+        return scene::write(&mesh, &room, &source, of, args, (run, *air, *less));
     }
+    less.check(&args.output)?;
     let inside = Inside::new(&mesh, &room, of.source, args.margin)?;
     let poses = poses(args, run, &inside)?;
     for pose in poses.iter().filter(|_| size.volume_m3.is_some()) {

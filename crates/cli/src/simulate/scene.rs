@@ -2,8 +2,8 @@
 
 use super::boxed::{after_eyring, walls};
 use super::{RAYS, head_of};
-use crate::args::{AirArgs, RoomArgs, RunArgs, SimulateBoxArgs, SimulateMeshArgs};
-use crate::{report, scene};
+use crate::args::{AirArgs, LessArgs, RoomArgs, RunArgs, SimulateBoxArgs, SimulateMeshArgs};
+use crate::{less, report};
 use anyhow::{Result, bail};
 use promenade_acoustics::{Mesh, Room, Source};
 use promenade_baker::geometry::{GeometryOptions, bake_box, bake_geometry, scene_head};
@@ -20,7 +20,7 @@ pub(super) fn write(
     source: &Source,
     of: &RoomArgs,
     args: &SimulateMeshArgs,
-    (run, air): (&RunArgs, AirArgs),
+    (run, air, less): (&RunArgs, AirArgs, LessArgs),
 ) -> Result<()> {
     let began = Instant::now();
     let places = run.path.is_some() || !args.at.is_empty() || run.poses.is_some() || args.turns.is_some();
@@ -51,7 +51,7 @@ pub(super) fn write(
     let bar = report::Bar::new("simulating", 1.0);
     let baked = bake_geometry(mesh, room, source, &hrtf, &options, |share| bar.at(share))?;
     drop(bar);
-    written(&args.output, &baked, began)
+    written(&args.output, baked, less, began)
 }
 
 /// Sample rate of a box's scene unless told, hertz.
@@ -93,17 +93,18 @@ pub(super) fn write_box(args: &SimulateBoxArgs) -> Result<()> {
     let made = bake_box(&room, &scene_head(&hrtf)?, &options)?;
     drop(bar);
     after_eyring(&room.walls, args.air.air());
-    written(&args.output, &made, began)
+    written(&args.output, made, args.less, began)
 }
 
 /// Writes a scene and says what it is.
-fn written(output: &Path, made: &Scene, began: Instant) -> Result<()> {
-    let bytes = scene::write(output, made)?;
+fn written(output: &Path, made: Scene, args: LessArgs, began: Instant) -> Result<()> {
+    let notes = made.provenance().notes.join("; ");
+    let bytes = less::write(output, made, args)?;
     report::line(format_args!(
         "{}: {} kB, {} in {:.1} s",
         output.display(),
         bytes.div_ceil(1000),
-        made.provenance().notes.join("; "),
+        notes,
         began.elapsed().as_secs_f64()
     ));
     Ok(())

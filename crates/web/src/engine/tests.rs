@@ -58,9 +58,11 @@ fn an_accuracy_plays_the_least_of_a_scene_that_carries_its_front() {
     let images = |within: f32| {
         let engine = engine(&scene, LoadOptions { within, ..LoadOptions::default() });
         let description: serde_json::Value = serde_json::from_str(&engine.description()).unwrap();
-        description["images"].as_u64()
+        (description["images"].as_u64(), description["front"].as_bool())
     };
-    assert_eq!([0.0, 0.5, 1.0].map(images), [Some(12), Some(12), Some(3)]);
+    assert_eq!([0.0, 0.5, 1.0].map(images), [12, 12, 3].map(|count| (Some(count), Some(true))));
+    let description = engine(&room(RATE, 0.3, 0.1), LoadOptions::default()).description();
+    assert!(description.contains("\"front\":false"), "{description}");
 }
 
 #[test]

@@ -1,0 +1,126 @@
+//! A minute of the knob Accuracy from end to end, in every scene that is shipped.
+
+use assert_no_alloc::assert_no_alloc;
+use promenade_core::glam::Vec3;
+use promenade_core::{BlockParams, Carriers, Emitters, FrontPoint, Pose, Renderer, Scene, Setting, Spatializer};
+use promenade_testing::hostile::is_output;
+use promenade_testing::noise;
+use std::path::Path;
+use std::sync::Arc;
+
+const RATES_HZ: [f64; 5] = [8_000.0, 44_100.0, 48_000.0, 96_000.0, 192_000.0];
+/// One for each second, again and again.
+const BLOCKS: [usize; 8] = [8_192, 1, 512, 31, 64, 4_099, 7, 1_024];
+/// A tone, then noise that is 200 dB too loud, then what is no number, seconds.
+const TONE_S: f64 = 40.0;
+const LOUD_S: f64 = 50.0;
+const WHOLE_S: f64 = 60.0;
+/// Time between turns, seconds.
+const TURNED_S: f64 = 0.05;
+/// Before that filters settle, seconds; the tone alone is rendered for so long.
+const SETTLED_S: f64 = 1.0;
+const ALONE_S: f64 = 8.0;
+
+fn shipped() -> Vec<(String, Arc<Scene>)> {
+    let presets = Path::new(env!("CARGO_MANIFEST_DIR")).join("../presets");
+    let files = ["scenes", "library"].map(|folder| std::fs::read_dir(presets.join(folder)).unwrap());
+    let mut paths: Vec<_> = files.into_iter().flatten().map(|entry| entry.unwrap().path()).collect();
+    paths.retain(|path| path.extension().is_some_and(|ending| ending == "promenade"));
+    paths.sort();
+    let scene = |path: &Path| Arc::new(Scene::from_bytes(&std::fs::read(path).unwrap()).unwrap());
+    paths.iter().map(|path| (path.file_stem().unwrap().to_str().unwrap().to_owned(), scene(path))).collect()
+}
+
+/// All of a scene, and the least that its front plays.
+fn ends(scene: &Arc<Scene>) -> [Arc<Scene>; 2] {
+    let cheapest = scene.parts().front.iter().min_by(|a, b| a.cost.total_cmp(&b.cost));
+    let least = Setting { taps: 12, images: 2, order: 0, refresh: 4, ..Setting::ALL };
+    let least = cheapest.map_or(least, |point: &FrontPoint| point.setting);
+    [Arc::clone(scene), Arc::new(scene.with_setting(least).unwrap())]
+}
+
+/// There and back at half a metre a second while the head turns.
+fn walk(scene: &Scene, seconds: f64) -> Pose {
+    let (start, seconds) = (scene.start_pose(), seconds as f32);
+    let along = 0.25 * ((seconds + 1.0).rem_euclid(4.0) - 2.0).abs() - 0.25;
+    Pose::from_ypr(start.position + along * Vec3::X, start.ypr().0 + 0.5 * seconds, 0.0, 0.0)
+}
+
+fn input(rate: f64, seconds: f64) -> Vec<f32> {
+    let at = |seconds: f64| (seconds * rate) as usize;
+    let tone = |i: usize| (0.2 * (std::f64::consts::TAU * 220.0 * i as f64 / rate).sin()) as f32;
+    let mut input: Vec<f32> = (0..at(seconds)).map(tone).collect();
+    if seconds > TONE_S {
+        let loud = noise(7, at(LOUD_S) - at(TONE_S));
+        input[at(TONE_S)..at(LOUD_S)].iter_mut().zip(loud).for_each(|(x, loud)| *x = 1e10 * loud);
+        input[at(LOUD_S)..].iter_mut().step_by(2).for_each(|x| *x = f32::NAN);
+    }
+    input
+}
+
+/// Plays a sound while the ends take turns; of one there are none. Returns both ears and how often the knob was turned.
+fn play(ends: &[Arc<Scene>], rate: f64, input: &[f32]) -> ([Vec<f32>; 2], usize) {
+    let made = |scene: &Arc<Scene>| -> [Box<Emitters>; 2] {
+        let carriers = Arc::new(Carriers::new(scene, rate));
+        [(); 2].map(|()| Box::new(Renderer::new(Arc::clone(scene), (rate, Arc::clone(&carriers))).unwrap().into()))
+    };
+    let mut ready: Vec<Vec<Box<Emitters>>> = ends.iter().map(|scene| made(scene).into()).collect();
+    let mut s = Spatializer::new(rate);
+    let first = ready[0].pop().unwrap();
+    s.swap_in(first).unwrap_or_else(|_| panic!("nothing plays yet"));
+    let (mut turns, mut next, mut at) = (0, TURNED_S * rate, 0);
+    let mut ears = [vec![0.0; input.len()], vec![0.0; input.len()]];
+    while at < input.len() {
+        let size = BLOCKS[(at as f64 / rate) as usize % BLOCKS.len()].min(input.len() - at);
+        let [left, right] = ears.each_mut().map(|ear| &mut ear[at..at + size]);
+        assert_no_alloc(|| {
+            if ends.len() > 1
+                && at as f64 >= next
+                && s.is_free()
+                && let Some(emitters) = ready[(turns + 1) % 2].pop()
+            {
+                (turns, next) = (turns + 1, at as f64 + TURNED_S * rate);
+                assert!(s.swap_in_sounding(emitters).is_ok());
+            }
+            s.process(&[&input[at..at + size]], &[], [left, right], &BlockParams::default(), |i| {
+                walk(&ends[0], (at + i) as f64 / rate)
+            });
+            if let Some(mut retired) = s.take_retired() {
+                retired.reset();
+                let end = usize::from(!Arc::ptr_eq(retired.renderer().scene(), &ends[0]));
+                ready[end].push(retired);
+            }
+        });
+        at += size;
+    }
+    (ears, turns)
+}
+
+/// The largest second difference of a tone after it has settled: that of a click is far larger.
+fn bend(ears: &[Vec<f32>; 2], rate: f64, until_s: f64) -> f32 {
+    let [from, to] = [SETTLED_S, until_s].map(|seconds| (seconds * rate) as usize);
+    let of = |ear: &Vec<f32>| ear[from..to].windows(3).map(|w| (w[0] - 2.0 * w[1] + w[2]).abs()).fold(0.0, f32::max);
+    of(&ears[0]).max(of(&ears[1]))
+}
+
+#[test]
+#[ignore = "takes minutes"]
+fn a_minute_of_the_knob_in_every_shipped_scene() {
+    let scenes = shipped();
+    assert!(scenes.len() >= 15, "{}", scenes.len());
+    let mut wrong = Vec::new();
+    for (name, scene) in scenes {
+        let ends = ends(&scene);
+        for rate in RATES_HZ {
+            let (ears, turns) = play(&ends, rate, &input(rate, WHOLE_S));
+            assert!(ears.iter().flatten().copied().all(is_output), "{name} at {rate} Hz: an output that is none");
+            let alone = |end: &Arc<Scene>| bend(&play(std::slice::from_ref(end), rate, &input(rate, ALONE_S)).0, rate, ALONE_S);
+            let (turned, left) = (bend(&ears, rate, TONE_S), alone(&ends[0]).max(alone(&ends[1])));
+            println!("{name} at {rate} Hz: {turns} turns, bend {:.2} of what it is left alone", turned / left);
+            if turned > 1.25 * left || turns < 20 {
+                wrong.push(format!("{name} at {rate} Hz: {turns} turns, {turned} and {left} left alone"));
+            }
+        }
+    }
+    assert!(wrong.is_empty(), "{wrong:#?}");
+}

@@ -1,0 +1,57 @@
+//! How long the search for a scene's front takes, what it chooses, and how far that is off where the search has not looked.
+//!
+//!     cargo bench -p promenade-judge --features rayon --bench front_search -- SCENE...
+//!
+//! For each scene: seconds by the clock and of the processor; then for each limit the share of the operations, the error that
+//! the front says, and that at 40 other poses and on three other ways, over the limit. `--within JND` asks for one limit alone.
+#![allow(clippy::print_stdout, clippy::unwrap_used, missing_docs, reason = "a program for the command line")]
+
+use cpu_time::ProcessTime;
+use promenade_core::{FrontPoint, Scene};
+use promenade_judge::trade::{STANDARD_JNDS, elsewhere, front, largest};
+use std::sync::Arc;
+use std::time::Instant;
+
+const OTHER_POSES: usize = 40;
+
+fn main() {
+    let mut limits = STANDARD_JNDS.to_vec();
+    let mut args = std::env::args().skip(1).filter(|arg| arg != "--bench");
+    let mut files = Vec::new();
+    while let Some(arg) = args.next() {
+        if arg == "--within" {
+            limits = vec![args.next().unwrap().parse().unwrap()];
+        } else {
+            files.push(arg);
+        }
+    }
+    println!("scene: seconds, of the processor; limit: operations %, JND by measure, elsewhere over limit");
+    let (mut kept, mut cases) = (0, 0);
+    for file in files {
+        let scene = Arc::new(Scene::from_bytes(&std::fs::read(&file).unwrap()).unwrap());
+        let (began, processor) = (Instant::now(), ProcessTime::now());
+        let points = front(&scene, &limits, &|| true).unwrap();
+        let (took, processor) = (began.elapsed().as_secs_f64(), processor.elapsed().as_secs_f64());
+        let name = std::path::Path::new(&file).file_stem().unwrap().display();
+        println!("{name}: {took:.1} s, {processor:.1} s");
+        let chosen: Vec<FrontPoint> = limits.iter().map(|limit| *FrontPoint::within(&points, *limit).unwrap()).collect();
+        let settings: Vec<_> = chosen.iter().map(|point| point.setting).collect();
+        let others = elsewhere(&scene, &settings, OTHER_POSES).unwrap();
+        for ((limit, point), other) in limits.iter().zip(&chosen).zip(&others) {
+            let (error, other) = (point.error, largest(other));
+            let over = other.jnds / limit;
+            kept += u32::from(over <= 1.15);
+            cases += 1;
+            println!(
+                "  {limit}: {:.1} %, {:.2} by {}, {:.2} by {} ({over:.2}) {:?}",
+                100.0 * point.cost,
+                error.jnds,
+                error.measure.name(),
+                other.jnds,
+                other.measure.name(),
+                point.setting
+            );
+        }
+    }
+    println!("{kept} of {cases} within 1.15 of the limit elsewhere");
+}
