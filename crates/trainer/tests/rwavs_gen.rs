@@ -56,10 +56,10 @@ fn every_baseline_learns_a_made_room_and_is_heard() {
     let folder = tempfile::tempdir().unwrap();
     for (i, baseline) in baselines().iter().enumerate() {
         let kept = folder.path().join(i.to_string());
-        let train = |until: usize| Learner::train(&**baseline, &capture, &course(60), &kept, until).unwrap();
-        let [first, last] = [train(0), train(60)].map(|learner| learner.mean_loss(&capture, Split::Train));
+        let train = |until: usize| Learner::train(&**baseline, &capture, &course(24), &kept, until).unwrap();
+        let [first, last] = [train(0), train(24)].map(|learner| learner.mean_loss(&capture, Split::Train));
         assert!(last < 0.7 * first, "{}: a loss of {first} became {last}", baseline.name());
-        let learner = train(60);
+        let learner = train(24);
         let clip = capture.split(Split::Train).next().unwrap();
         let ears = learner.ears(&capture, clip).unwrap();
         assert!(ears.iter().all(|ear| ear.len() == clip.len && ear.iter().any(|x| x.abs() > 1e-3)), "{}", baseline.name());

@@ -136,7 +136,7 @@ impl Options {
             return Ok(());
         }
         let text = serde_json::to_string_pretty(&self.protocol).map_err(BakeError::of)?;
-        Ok(atomic::write(&file, (text + "\n").as_bytes())?)
+        atomic::write(&file, (text + "\n").as_bytes())
     }
 }
 

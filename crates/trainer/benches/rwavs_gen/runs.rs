@@ -81,7 +81,7 @@ impl Run {
         if self.found(folder)?.is_none() {
             let text = serde_json::to_string_pretty(&run()?).unwrap_or_default() + "\n";
             let file = self.result(folder);
-            atomic::write(&file, text.as_bytes()).map_err(BakeError::from)?;
+            atomic::write(&file, text.as_bytes())?;
         }
         Ok(())
     }
