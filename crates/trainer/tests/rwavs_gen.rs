@@ -1,6 +1,7 @@
 //! The baselines learn, go on after a stop, and shares of the benchmark's runs make one table.
 
-use crate::baselines::{AvNerf, Baseline, Course, Inras, Learner, Naf, spectrogram};
+use crate::baselines::layers::Graph;
+use crate::baselines::{AvNerf, Baseline, Course, Heard, Inras, Learner, Naf, spectrogram};
 use crate::house::{DEFAULT_MATERIALS, ROOMS, Room};
 use crate::runs::{Found, METHODS, Run, share, table};
 use promenade_baker::BakeError;
@@ -9,6 +10,7 @@ use promenade_baker::evaluate::Figures;
 use promenade_core::glam::Vec3;
 use promenade_core::random::Random;
 use promenade_core::{CameraPath, Keyframe, Pose};
+use promenade_trainer::Device;
 use std::collections::BTreeMap;
 use std::path::Path;
 
@@ -63,6 +65,25 @@ fn every_baseline_learns_a_made_room_and_is_heard() {
         let clip = capture.split(Split::Train).next().unwrap();
         let ears = learner.ears(&capture, clip).unwrap();
         assert!(ears.iter().all(|ear| ear.len() == clip.len && ear.iter().any(|x| x.abs() > 1e-3)), "{}", baseline.name());
+    }
+}
+
+#[test]
+fn gains_are_by_listener_and_bin_and_change_with_all_that_is_told() {
+    let pose = |x: f32, yaw: f32| Pose::from_ypr(Vec3::new(x, 1.0, 1.5), yaw, 0.0, 0.0);
+    let heard = |listener: Pose, y: f32| Heard { listener, emitter: Vec3::new(3.0, y, 1.5) };
+    let all = [heard(pose(1.0, 0.3), 1.0), heard(pose(2.0, 0.3), 1.0), heard(pose(1.0, 2.0), 1.0), heard(pose(1.0, 0.3), 2.5)];
+    for baseline in &baselines() {
+        let gains = baseline.gains(&Graph::new(&baseline.start(1), &Device::flex().autodiff()), &all);
+        let rows = gains.map(|ear| {
+            assert_eq!(ear.dims(), [all.len(), spectrogram::BINS], "{}", baseline.name());
+            let numbers = ear.into_data().try_into_vec::<f32>().unwrap();
+            numbers.chunks(spectrogram::BINS).map(<[f32]>::to_vec).collect::<Vec<_>>()
+        });
+        for ear in &rows {
+            assert!(ear.iter().flatten().all(|gain| gain.is_finite()));
+            (1..all.len()).for_each(|i| assert_ne!(ear[0], ear[i], "{}: listener {i}", baseline.name()));
+        }
     }
 }
 

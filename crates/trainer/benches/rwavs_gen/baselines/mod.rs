@@ -6,7 +6,7 @@
 
 mod av_nerf;
 mod inras;
-mod layers;
+pub(crate) mod layers;
 mod naf;
 pub(crate) mod spectrogram;
 mod training;
