@@ -112,8 +112,9 @@ pub(crate) fn table(runs: &[Run], folder: &Path) -> Result<[String; 2], BakeErro
         let mut row = vec![room.to_owned(), named];
         row.extend(COLUMNS.iter().map(|figure| cell(&known, *figure)));
         rows.push(row);
-        let seconds = known.iter().map(|(_, found)| found.seconds).sum::<f64>() / known.len().max(1) as f64;
-        times.push(vec![room.to_owned(), method.to_owned(), format!("{seconds:.1}")]);
+        let seconds = known.iter().map(|(_, found)| found.seconds).sum::<f64>() / known.len() as f64;
+        let took = if known.is_empty() { "-".to_owned() } else { format!("{seconds:.1}") };
+        times.push(vec![room.to_owned(), method.to_owned(), took]);
     }
     Ok([markdown(&rows), markdown(&times)])
 }
