@@ -31,7 +31,9 @@ def main():
             scene = PRESETS / "scenes" / f"{name}.promenade"
             subprocess.run([a.promenade, *command, "-o", scene], check=True)
             # What less of it costs, so that nobody has to search for it.
-            subprocess.run([a.promenade, "bake", "less", scene, "-o", scene], check=True)
+            with_front = scene.with_suffix(".front.promenade")
+            subprocess.run([a.promenade, "bake", "less", scene, "-o", with_front], check=True)
+            with_front.replace(scene)
 
 
 if __name__ == "__main__":

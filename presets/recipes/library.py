@@ -127,7 +127,9 @@ def main():
         mesh.write_text(obj(faces))
         place = ["--source", ",".join(map(str, source))]
         run([args.promenade, "simulate", mesh, *place, "--head", args.head, "--rays", 65536, "--gain", gain, "--seed", SEED, "--title", title, "--credit", CREDIT, "--licence", LICENCE, *options, "-o", scene])
-        run([args.promenade, "bake", "less", scene, "-o", scene])
+        with_front = scene.with_suffix(".front.promenade")
+        run([args.promenade, "bake", "less", scene, "-o", with_front])
+        with_front.replace(scene)
         longest = max(max(corner[:2]) for _, corners in faces for corner in corners)
         figures = run([args.promenade, "map", mesh, *place, "--rays", 16384, "--length", 8, "--grid", longest / 20, "--seed", SEED, "-o", plan])
         values = [median(figures, measure) for measure in ("T20", "C50", "STI")]
