@@ -343,9 +343,11 @@ impl Spatializer {
         let [dry_left, dry_right, wet_gain, dry_gain] = self.next.each_mut().map(|row| &mut row[..n]);
         self.wet_gain.fill(wet_gain);
         self.dry_gain.fill(dry_gain);
-        for i in 0..n {
-            let [left, right] = [first[i], second[i]].map(|x| finite(x) + further[i]);
-            [dry_left[i], dry_right[i]] = self.dry.map(|[of_left, of_right]| of_left * left + of_right * right);
+        let dry = self.dry;
+        let inputs = first.iter().zip(second).zip(&*further);
+        for ((left, right), ((a, b), further)) in dry_left.iter_mut().zip(&mut *dry_right).zip(inputs) {
+            let (a, b) = (finite(*a) + further, finite(*b) + further);
+            (*left, *right) = (dry[0][0] * a + dry[0][1] * b, dry[1][0] * a + dry[1][1] * b);
         }
         self.past.take([dry_left, dry_right, wet_gain, dry_gain]);
         // Without a scene nothing is rendered: the dry sound takes the place of the rendered one.

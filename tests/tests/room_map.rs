@@ -42,8 +42,7 @@ fn median(mut values: Vec<f64>) -> f64 {
     values[values.len() / 2]
 }
 
-/// Decibels count as shares of the range over the plan, times as shares of themselves. The map shows what a scene plays: beside
-/// what comes in the first 50 ms, 1.2 to 1.6 dB more comes later than in the trace of its mesh, at any sample rate.
+/// Decibels count as shares of the range over the plan, times as shares of themselves.
 #[test]
 fn the_map_in_the_editor_is_that_of_the_mesh() {
     let presets = Path::new(env!("CARGO_MANIFEST_DIR")).join("../presets");
@@ -60,7 +59,7 @@ fn the_map_in_the_editor_is_that_of_the_mesh() {
         let some: Vec<_> = map.places.iter().step_by(7).collect();
         let places: Vec<_> = some.iter().map(|(place, _)| place.as_dvec3().to_array()).collect();
         let wanted = traced(&presets.join(mesh), source, &places);
-        for (measure, (name, most)) in [("level", 0.05), ("T20", 0.1), ("C50", 0.08)].into_iter().enumerate() {
+        for (measure, (name, most)) in [("level", 0.05), ("T20", 0.05), ("C50", 0.06)].into_iter().enumerate() {
             let both: Vec<_> = some
                 .iter()
                 .zip(&wanted)

@@ -7,7 +7,7 @@ use crate::decode::field::{Facing, Field, FieldGrid, Rows};
 use crate::head::{degree, harmonics};
 use crate::number::single;
 use crate::octave::OCTAVES;
-use crate::{Axis, Bands, StftGrid, TailModel};
+use crate::{Axis, StftGrid, TailModel};
 use glam::{Mat3, Vec3};
 use promenade_fourier::num_complex::Complex64;
 use std::f64::consts::TAU;
@@ -16,8 +16,6 @@ use thiserror::Error;
 
 /// Here every head hears nearly what is there, Hz.
 const TRANSPARENT_HZ: Range<f64> = 200.0..800.0;
-/// From this share of its rate on a head's filters end.
-const KNOWN: f64 = 0.375;
 /// Rate at which one sample is flat at every host's rate, Hz.
 const FLAT_RATE_HZ: f64 = 768_000.0;
 
@@ -45,7 +43,7 @@ impl Scene {
     ///
     /// The bass of waves is heard in first order. The emitter and its images sound from their directions, with the amplitude of
     /// their distance. What noise carries comes from everywhere alike: each channel has its own noise, with the energy that the
-    /// ears hear over what the scene's head makes of such a field. The head's levels by octave that image sources bring along
+    /// ears hear, which are equalised for such a field. The head's levels by octave that image sources bring along
     /// stay.
     ///
     /// # Errors
@@ -83,7 +81,7 @@ impl Scene {
                 .map(|emission| Emission { turns: [&[Mat3::IDENTITY], &*emission.turns].concat(), ..emission.clone() }),
             ..images.clone()
         };
-        let filters = diffuse(&filters, room, &parts.bands, &images.head, weights);
+        let filters = diffuse(&filters, room, diffuse_level(&parts.grid, &images.head), weights);
         // Both tables are of the shapes they had.
         let (Some(field), Some(room)) = (silent(field), Field::new(room.grid().clone(), room.shape(), Rows::Whole(filters)))
         else {
@@ -143,19 +141,24 @@ fn emitter_gain(rows: &[f32], field: &Field, grid: &StftGrid, head: &AmbisonicHe
     if plain > 0.0 { single((found / plain).sqrt()) } else { 0.0 }
 }
 
-/// Gains of time filters, each row of them, for channels of a field that comes from everywhere.
-fn diffuse(rows: &[f32], room: &Field, bands: &Bands, head: &AmbisonicHead, weights: [f32; 2]) -> Vec<f32> {
-    let count = bands.count();
+/// Amplitude that a head has of a field that comes from everywhere, where heads do little. Scenes' heads are equalised for such a
+/// field: it is the same at all frequencies, also where the filters of third order have less of it.
+fn diffuse_level(grid: &StftGrid, head: &AmbisonicHead) -> f32 {
     // Channels of such a field are unlike each other and, in N3D, of one energy.
     let made = |hz: f64| 0.5 * head.at(hz).iter().flatten().map(Complex64::norm_sqr).sum::<f64>();
-    let known = |hz: &f32| f64::from(*hz).min(KNOWN * head.sample_rate_hz);
-    let over: Vec<f32> = bands.centres_hz().iter().map(|hz| single(made(known(hz)).max(1e-9).sqrt().recip())).collect();
+    let near = (0..grid.bins()).map(|k| grid.bin_hz(k)).filter(|hz| TRANSPARENT_HZ.contains(hz));
+    let (sum, count) = near.fold((0.0, 0.0), |(sum, count), hz| (sum + made(hz), count + 1.0));
+    single((sum / f64::max(count, 1.0)).max(1e-9).sqrt())
+}
+
+/// Gains of time filters, each row of them, for channels of a field that comes from everywhere and that a head has at a level.
+fn diffuse(rows: &[f32], room: &Field, level: f32, weights: [f32; 2]) -> Vec<f32> {
     let mut rows = rows.to_vec();
     for row in rows.chunks_exact_mut(room.shape().row_len()) {
-        for gains in row[room.shape().direct_len()..].chunks_exact_mut(2 * count) {
-            let (left, right) = gains.split_at_mut(count);
-            for ((left, right), over) in left.iter_mut().zip(right).zip(&over) {
-                let both = (0.5 * (*left * *left + *right * *right)).sqrt() * over;
+        for gains in row[room.shape().direct_len()..].chunks_exact_mut(2 * room.shape().bands) {
+            let (left, right) = gains.split_at_mut(room.shape().bands);
+            for (left, right) in left.iter_mut().zip(right) {
+                let both = (0.5 * (*left * *left + *right * *right)).sqrt() / level;
                 [*left, *right] = weights.map(|weight| weight * both);
             }
         }

@@ -65,7 +65,7 @@ pub use materials::material::{Material, SCATTERING};
 pub use materials::wildcard::fits;
 #[cfg(feature = "meshes")]
 pub use mesh::{Flattened, Floor, FoundBox, Mesh, MeshReport, Ply, PlyError, PlyLimits, Sights, Triangle};
-pub use octave::{BANDS, OCTAVES_HZ, Octaves, octave_energy, octave_energy_from_63, octave_place};
+pub use octave::{BANDS, OCTAVES_HZ, Octaves, centred, octave_energy, octave_energy_from_63, octave_place};
 pub use rays::echogram::{Bin, Echogram, decay_time_s, low_t20_s};
 #[cfg(feature = "meshes")]
 pub use rays::intensity::{Intensity, Seen};

@@ -2,7 +2,7 @@
 
 use crate::energy_vector::{EnergyVector, ear_energy};
 use crate::scene_head::SceneHead;
-use promenade_acoustics::{BANDS, Echogram, octave_energy_from_63};
+use promenade_acoustics::{BANDS, Echogram, centred, octave_energy_from_63};
 use promenade_core::glam::DVec3;
 use promenade_core::{TAP_LEAD_HOPS, TransferShape};
 use promenade_metrics::slope;
@@ -48,7 +48,8 @@ impl LateEnergies {
         let vectors: Vec<EnergyVector> = found.iter().map(vector).collect();
         let of_hop = |(hop, vector): (&Hop, &EnergyVector)| -> Vec<f64> {
             let (side, share) = vector.side().unwrap_or_default();
-            let energy = |hz: f32| octave_energy_from_63(hop.low, &hop.octaves, f64::from(hz));
+            let (low, octaves) = centred(hop.low, &hop.octaves);
+            let energy = |hz: f32| octave_energy_from_63(low, &octaves, f64::from(hz));
             let level = |(hz, level): (&f32, f64)| energy(*hz) * ear_energy(share, level);
             head.bands.centres_hz().iter().zip(head.heard_from(side.z)).map(level).collect()
         };

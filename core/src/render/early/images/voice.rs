@@ -91,23 +91,36 @@ fn play<S: Simd>(
     at += line.mix(simd, weights, back, newest, stretch) as f64;
     let ramp = (to.gain - from.gain) / hop as f32;
     let mut gain = from.gain + ramp;
-    let slow = slope.abs() < SLOW;
     let lane = S::as_simd_f32s(&LANE).0[0];
     let ramps = simd.mul_f32s(simd.splat_f32s(ramp), lane);
-    let glides = simd.mul_f32s(simd.splat_f32s(single(slope)), lane);
-    for part in S::as_mut_simd_f32s(out.as_flattened_mut()).0 {
-        let values = if slow {
-            let start = whole(at);
-            let places = simd.sub_f32s(simd.splat_f32s(single(at - start as f64)), glides);
-            interpolate(simd, &stretch[start - BEFORE..][..lanes + POINTS], places)
-        } else {
-            let mut each = [0.0; LANES];
-            for (i, value) in each.iter_mut().enumerate().take(lanes) {
-                *value = interpolate_one(stretch, at + step * i as f64);
+    let gains = |gain: f32| simd.add_f32s(simd.splat_f32s(gain), ramps);
+    let parts = S::as_mut_simd_f32s(out.as_flattened_mut()).0;
+    if slope.abs() < SLOW {
+        let glides = simd.mul_f32s(simd.splat_f32s(single(slope)), lane);
+        let mut start = whole(at);
+        let mut place = single(at - start as f64);
+        for part in parts {
+            let places = simd.sub_f32s(simd.splat_f32s(place), glides);
+            let values = interpolate(simd, &stretch[start - BEFORE..][..lanes + POINTS], places);
+            *part = simd.mul_f32s(values, gains(gain));
+            gain += ramp * lanes as f32;
+            place -= single(slope) * lanes as f32;
+            start += lanes;
+            // The next six begin a sample earlier or later.
+            if place < 0.0 {
+                (place, start) = (place + 1.0, start - 1);
+            } else if place >= 1.0 {
+                (place, start) = (place - 1.0, start + 1);
             }
-            S::as_simd_f32s(&each).0[0]
-        };
-        *part = simd.mul_f32s(values, simd.add_f32s(simd.splat_f32s(gain), ramps));
+        }
+        return;
+    }
+    for part in parts {
+        let mut each = [0.0; LANES];
+        for (i, value) in each.iter_mut().enumerate().take(lanes) {
+            *value = interpolate_one(stretch, at + step * i as f64);
+        }
+        *part = simd.mul_f32s(S::as_simd_f32s(&each).0[0], gains(gain));
         gain += ramp * lanes as f32;
         at += step * lanes as f64;
     }

@@ -1,7 +1,7 @@
 //! What comes after the images: noise with a given energy over time.
 
 use super::hrtf::Hrtf;
-use promenade_acoustics::{BANDS, Bin, octave_energy_from_63};
+use promenade_acoustics::{BANDS, Bin, centred, octave_energy_from_63};
 use promenade_core::random::Random;
 use promenade_fourier::num_complex::Complex32;
 use promenade_fourier::{ComplexToReal, RealToComplex};
@@ -77,7 +77,8 @@ impl Tail {
     /// Standard deviation of the noise by bin.
     pub(super) fn gains(&self, variance: &Variance) -> Vec<f32> {
         let hz = |k: usize| k as f64 * self.sample_rate_hz / self.n_fft as f64;
-        (0..self.bins()).map(|k| octave_energy_from_63(variance.low, &variance.octaves, hz(k)).sqrt() as f32).collect()
+        let (low, octaves) = centred(variance.low, &variance.octaves);
+        (0..self.bins()).map(|k| octave_energy_from_63(low, &octaves, hz(k)).sqrt() as f32).collect()
     }
 
     /// Adds the tail of pose number `index`, whose noise is its own: of each hop from `first` on the standard deviation by bin
