@@ -30,7 +30,8 @@ pub(crate) fn write(path: &Path, scene: &Scene) -> Result<usize> {
 
 /// Writes [`kept`] of a scene. Returns how many bytes.
 pub(crate) fn write_kept(output: &Path, whole: impl Into<Arc<Scene>>, args: LessArgs) -> Result<usize> {
-    write(output, &*kept(output, whole, args)?)
+    let kept = kept(output, whole, args)?;
+    write(output, &kept)
 }
 
 /// The least of a scene that stays within the error that is asked for, if one is; says what that costs and saves.
