@@ -135,9 +135,11 @@ impl FrontPoint {
     }
 
     /// Numbers that a file has of one.
-    pub(super) const NUMBERS: usize = 9;
+    pub const NUMBERS: usize = 9;
 
-    pub(super) fn numbers(&self) -> [f32; Self::NUMBERS] {
+    /// It as a file has it: `front.points` of a scene file.
+    #[must_use]
+    pub fn numbers(&self) -> [f32; Self::NUMBERS] {
         let Setting { taps, images, order, refresh, waves, decodes } = self.setting;
         let measure = Measure::ALL.iter().position(|measure| *measure == self.error.measure).unwrap_or_default();
         let counts = [taps, images, order, refresh, usize::from(waves), decodes, measure];
@@ -145,8 +147,9 @@ impl FrontPoint {
         [taps, images, order, refresh, waves, decodes, self.error.jnds, measure, self.cost]
     }
 
-    /// `None` for a measure that there is not.
-    pub(super) fn of_numbers(numbers: &[f32; Self::NUMBERS]) -> Option<Self> {
+    /// One that a file has; `None` for a measure that there is not.
+    #[must_use]
+    pub fn of_numbers(numbers: &[f32; Self::NUMBERS]) -> Option<Self> {
         let [taps, images, order, refresh, waves, decodes, measure] = [0, 1, 2, 3, 4, 5, 7].map(|n| {
             let count = whole(numbers[n].max(0.0).into());
             if count < EXACT { count } else { usize::MAX }

@@ -1,7 +1,7 @@
 //! `promenade bake`: measured responses become a scene, a scene's anchor cloud a table, and a scene one that holds less.
 
 use crate::args::{BakeFieldArgs, BakeLessArgs, BakeResponsesArgs, BakeSource, LevelsArg, SideArg};
-use crate::{less, report, scene};
+use crate::{report, scene};
 use anyhow::{Context, Result};
 use promenade_baker::field::{FieldOptions, bake_cloud};
 use promenade_baker::trade::{STANDARD_JNDS, front};
@@ -45,7 +45,7 @@ fn responses(args: &BakeResponsesArgs) -> Result<()> {
     drop(bar);
     // What counts scenes' content up is for those who make the factory's.
     scene.provenance().notes.iter().filter(|note| *note != CONTENT).for_each(report::note);
-    let bytes = less::write(&args.output, scene, args.less)?;
+    let bytes = scene::write_kept(&args.output, scene, args.less)?;
     report::line(format_args!(
         "{}: {} responses baked, {} held out, {} kB",
         args.output.display(),
@@ -74,7 +74,7 @@ fn field(args: &BakeFieldArgs) -> Result<()> {
     if let Some(note) = baked.provenance().notes.last() {
         report::note(note);
     }
-    let bytes = less::write(&args.output, baked, args.less)?;
+    let bytes = scene::write_kept(&args.output, baked, args.less)?;
     report::line(format_args!("{}: {} kB", args.output.display(), bytes.div_ceil(1000)));
     Ok(())
 }
@@ -97,7 +97,7 @@ fn reduce(args: &BakeLessArgs) -> Result<()> {
         report::line(format_args!("{} settings", parts.front.len()));
     }
     let scene = Scene::new(parts).with_context(|| format!("{name}: cannot be reduced"))?;
-    let bytes = less::write(&args.output, scene, args.less)?;
+    let bytes = scene::write_kept(&args.output, scene, args.less)?;
     report::line(format_args!("{}: {} kB", args.output.display(), bytes.div_ceil(1000)));
     Ok(())
 }

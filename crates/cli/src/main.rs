@@ -17,7 +17,6 @@ mod host;
 mod hrtf;
 mod import;
 mod inspect;
-mod less;
 mod map;
 mod measure;
 mod path;

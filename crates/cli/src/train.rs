@@ -6,7 +6,7 @@ pub(crate) use learn::run as run_learn;
 
 use crate::args::{MAX_THREADS, TrainArgs};
 use crate::simulate::places::Places;
-use crate::{less, plot, report, scene};
+use crate::{plot, report, scene};
 use anyhow::{Context, Result};
 use promenade_baker::anchors::AnchorSet;
 use promenade_baker::evaluate::{EvaluateOptions, Evaluation, Figure, evaluate};
@@ -99,7 +99,7 @@ impl<'a> Prepared<'a> {
                 })?
             }
         };
-        let bytes = less::kept(&self.args.output, scene, self.args.less)?.to_bytes()?;
+        let bytes = scene::kept(&self.args.output, scene, self.args.less)?.to_bytes()?;
         atomic::write(&self.args.output, &bytes)?;
         Ok(Scene::from_bytes(&bytes)?)
     }

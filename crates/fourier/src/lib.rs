@@ -66,7 +66,7 @@ type Last<T> = Vec<(usize, Arc<T>)>;
 /// As many are kept by a thread.
 const KEPT_PLANS: usize = 6;
 
-/// One of this thread's last plans if one is of this length, else a new one, which is kept: who transforms many signals of a few
+/// One of this thread's last plans if one is of this length, else a new one, which is kept: who transforms many signals of few
 /// lengths need not hand plans around.
 fn kept<T: ?Sized>(last: &mut Last<T>, length: usize, plan: impl FnOnce() -> Arc<T>) -> Arc<T> {
     let known = last.iter().position(|(of, _)| *of == length).map(|place| last.remove(place));

@@ -3,11 +3,12 @@
 //!     cargo bench -p promenade-judge --features rayon --bench front_search -- SCENE...
 //!
 //! For each scene: seconds by the clock and of the processor; then for each limit the share of the operations, the error that
-//! the front says, and that at 40 other poses and on three other ways, over the limit. `--within JND` asks for one limit alone.
+//! the front says, and that at 40 other poses and on three other ways, over the limit. `--within JND` asks for one limit alone,
+//! `--json FOLDER` writes what `tests/python/trade_picture.py` draws.
 #![allow(clippy::print_stdout, clippy::unwrap_used, missing_docs, reason = "a program for the command line")]
 
 use cpu_time::ProcessTime;
-use promenade_core::{FrontPoint, Scene};
+use promenade_core::{Audible, FrontPoint, Scene};
 use promenade_judge::trade::{STANDARD_JNDS, elsewhere, front, largest};
 use std::sync::Arc;
 use std::time::Instant;
@@ -17,10 +18,12 @@ const OTHER_POSES: usize = 40;
 fn main() {
     let mut limits = STANDARD_JNDS.to_vec();
     let mut args = std::env::args().skip(1).filter(|arg| arg != "--bench");
-    let mut files = Vec::new();
+    let (mut files, mut json) = (Vec::new(), None);
     while let Some(arg) = args.next() {
         if arg == "--within" {
             limits = vec![args.next().unwrap().parse().unwrap()];
+        } else if arg == "--json" {
+            json = args.next();
         } else {
             files.push(arg);
         }
@@ -34,23 +37,34 @@ fn main() {
         let (took, processor) = (began.elapsed().as_secs_f64(), processor.elapsed().as_secs_f64());
         let name = std::path::Path::new(&file).file_stem().unwrap().display();
         println!("{name}: {took:.1} s, {processor:.1} s");
-        let chosen: Vec<FrontPoint> = limits.iter().map(|limit| *FrontPoint::within(&points, *limit).unwrap()).collect();
-        let settings: Vec<_> = chosen.iter().map(|point| point.setting).collect();
+        let settings: Vec<_> = points.iter().map(|point| point.setting).collect();
         let others = elsewhere(&scene, &settings, OTHER_POSES).unwrap();
-        for ((limit, point), other) in limits.iter().zip(&chosen).zip(&others) {
-            let (error, other) = (point.error, largest(other));
+        let others: Vec<Audible> = others.iter().map(|errors| largest(errors)).collect();
+        for limit in &limits {
+            let chosen = *FrontPoint::within(&points, *limit).unwrap();
+            let place = points.iter().position(|point| *point == chosen).unwrap();
+            let (error, other) = (chosen.error, others[place]);
             let over = other.jnds / limit;
             kept += u32::from(over <= 1.15);
             cases += 1;
             println!(
                 "  {limit}: {:.1} %, {:.2} by {}, {:.2} by {} ({over:.2}) {:?}",
-                100.0 * point.cost,
+                100.0 * chosen.cost,
                 error.jnds,
                 error.measure.name(),
                 other.jnds,
                 other.measure.name(),
-                point.setting
+                chosen.setting
             );
+        }
+        if let Some(folder) = &json {
+            let error = |error: &Audible| format!("{{\"jnd\": {}, \"measure\": \"{}\"}}", error.jnds, error.measure.name());
+            let row = |(p, other): (&FrontPoint, &Audible)| {
+                format!("{{\"operations\": {}, \"error\": {}, \"elsewhere\": {}}}", p.cost, error(&p.error), error(other))
+            };
+            let rows: Vec<String> = points.iter().zip(&others).map(row).collect();
+            let text = format!("{{\"front\": [{}]}}\n", rows.join(", "));
+            std::fs::write(std::path::Path::new(folder).join(format!("{name}.json")), text).unwrap();
         }
     }
     println!("{kept} of {cases} within 1.15 of the limit elsewhere");

@@ -20,8 +20,7 @@ const OTHER_WAYS: usize = 3;
 const CHECKED_POSES: usize = 32;
 const CHECKED_WAYS: usize = 5;
 const CHECKED_SEED: u64 = 3;
-/// The share of these that differ by no more than a setting's error, so that nine of ten do
-/// in other samples too.
+/// The share of these that differ by no more than a setting's error, so that nine of ten do in other samples too.
 const OF_CHECKED: f64 = 0.95;
 const TRIES: usize = 5;
 /// An error of this share of its limit is near enough to it, and what is asked for next aims at that one.
@@ -42,8 +41,8 @@ const HOPEFUL: f32 = 1.25;
 const LEAST_JNDS: f32 = 0.01;
 
 /// The front of a scene: settings of which none costs no more than another and errs no more, all of the scene first. For each
-/// of some limits, as [`STANDARD_JNDS`], there is one that stays within it, if any does. Costs are counts of operations, so that
-/// a scene has one front on all machines.
+/// of some limits, as [`STANDARD_JNDS`], there is one that stays within it, if any does. Costs are counts of operations, so
+/// that a scene has one front on all machines.
 ///
 /// From all of the scene on, each step is the one that saves most for the error that it adds, by what each step does alone; how
 /// far one may go is measured with all steps together, at few poses. What is chosen has the error that is measured at many

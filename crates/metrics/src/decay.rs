@@ -25,25 +25,12 @@ impl DecayRange {
 /// # Errors
 /// Silence or a sample that is not finite.
 pub fn schroeder_db(response: &[f32]) -> Result<Vec<f64>, MetricError> {
-    Ok(schroeder(response)?.into_iter().map(decibels).collect())
-}
-
-/// Energy left after each sample from the onset on, as a share of the whole.
-fn schroeder(response: &[f32]) -> Result<Vec<f64>, MetricError> {
     check_finite(response)?;
     let start = onset(response).ok_or(MetricError::Silent)?;
     let curve = backward_integral(response[start..].iter().map(|&v| f64::from(v) * f64::from(v)));
     let whole = curve[0];
     // The floor keeps the samples after the last non-zero one at -150 dB.
-    Ok(curve.into_iter().map(|e| e / whole + 1e-15).collect())
-}
-
-fn decibels(share: f64) -> f64 {
-    10.0 * share.log10()
-}
-
-fn linear(db: f64) -> f64 {
-    10.0_f64.powf(db / 10.0)
+    Ok(curve.into_iter().map(|e| 10.0 * (e / whole + 1e-15).log10()).collect())
 }
 
 /// The sum of energies from each one on (Schroeder 1965, eq. 2); the first is that of all.
@@ -65,12 +52,9 @@ pub fn backward_integral(energies: impl IntoIterator<Item = f64>) -> Vec<f64> {
 /// Silence, a sample that is not finite, a bad rate, or a decay with fewer than 2 samples in the range.
 pub fn decay_time_s(response: &[f32], sample_rate_hz: f64, range: DecayRange) -> Result<f64, MetricError> {
     check_rate(sample_rate_hz)?;
-    let curve = schroeder(response)?;
-    // Most samples lie outside, and a logarithm takes long.
-    let near = linear(range.lower_db - 0.1)..=linear(range.upper_db + 0.1);
-    let level_db =
-        curve.iter().enumerate().filter(|(_, level)| near.contains(level)).map(|(i, level)| (i as f64, decibels(*level)));
-    let points: Vec<(f64, f64)> = level_db.filter(|(_, d)| *d <= range.upper_db && *d >= range.lower_db).collect();
+    let curve = schroeder_db(response)?;
+    let inside = curve.iter().enumerate().filter(|&(_, &d)| d <= range.upper_db && d >= range.lower_db);
+    let points: Vec<(f64, f64)> = inside.map(|(i, &d)| (i as f64, d)).collect();
     let falling = slope(&points).map(|s| s * sample_rate_hz).filter(|s| *s < 0.0);
     let none = MetricError::NoDecay { upper_db: range.upper_db, lower_db: range.lower_db, found: points.len() };
     falling.map(|slope_db_per_s| -60.0 / slope_db_per_s).ok_or(none)

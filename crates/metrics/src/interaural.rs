@@ -32,8 +32,8 @@ pub fn itd_s(left: &[f32], right: &[f32], sample_rate_hz: f64) -> Result<f64, Me
     Ok(lags.strongest(reach) as f64 / rate)
 }
 
-/// The interaural time differences that a response may have, seconds, as [`itd_s`]: that of the cross-correlation's maximum, and
-/// those of its other maxima within 1 ms that are nearly as high, at least nine tenths.
+/// The interaural time differences that a response may have, seconds, as [`itd_s`]: that of the highest maximum of the
+/// cross-correlation, and those of others within 1 ms that have at least nine tenths of it.
 ///
 /// # Errors
 /// Those of [`itd_s`].

@@ -3,7 +3,7 @@
 use crate::library::cache::content_hash;
 use crate::library::file::{read_limited, write_whole};
 use nice_plug::nice_warn;
-use promenade_core::{Audible, FrontPoint, Measure, Scene, Setting};
+use promenade_core::{FrontPoint, Scene};
 use std::io::{Error, ErrorKind, Result};
 use std::path::{Path, PathBuf};
 
@@ -13,9 +13,6 @@ const METHOD: u32 = 1;
 const LARGEST_FILE: u64 = 1 << 14;
 /// Fronts that are kept; the oldest go.
 const MOST_FILES: usize = 256;
-
-/// Taps, images, order, refresh, waves, decodes; JNDs, name of the measure, cost.
-type Row = (usize, usize, usize, usize, bool, usize, f32, String, f32);
 
 /// A folder of fronts; none where the system names no folder for caches.
 #[derive(Clone, Debug)]
@@ -42,15 +39,10 @@ impl KeptFronts {
 
 /// The front in a file, if there is one. One that is damaged is as none, and the host's log says so.
 pub(super) fn read(file: &Path) -> Option<Vec<FrontPoint>> {
-    let point = |row: Row| {
-        let (taps, images, order, refresh, waves, decodes, jnds, name, cost) = row;
-        let setting = Setting { taps, images, order, refresh, waves, decodes };
-        let measure = *Measure::ALL.iter().find(|measure| measure.name() == name)?;
-        let is_valid = (0.0..f32::INFINITY).contains(&jnds) && (0.0..=1.0).contains(&cost);
-        is_valid.then_some(FrontPoint { setting, error: Audible { jnds, measure }, cost })
-    };
+    let is_valid = |p: &FrontPoint| (0.0..f32::INFINITY).contains(&p.error.jnds) && (0.0..=1.0).contains(&p.cost);
     let points = |bytes: Vec<u8>| -> Result<Vec<FrontPoint>> {
-        let points: Option<Vec<_>> = serde_json::from_slice::<Vec<Row>>(&bytes)?.into_iter().map(point).collect();
+        let rows = serde_json::from_slice::<Vec<[f32; FrontPoint::NUMBERS]>>(&bytes)?;
+        let points: Option<Vec<_>> = rows.iter().map(|row| FrontPoint::of_numbers(row).filter(is_valid)).collect();
         let expected = || Error::new(ErrorKind::InvalidData, "expected settings with errors and costs of 0 to 1, found others");
         points.filter(|points| !points.is_empty()).ok_or_else(expected)
     };
@@ -66,11 +58,7 @@ pub(super) fn read(file: &Path) -> Option<Vec<FrontPoint>> {
 
 /// Keeps a front in a file.
 pub(super) fn write(file: &Path, front: &[FrontPoint]) {
-    let row = |point: &FrontPoint| -> Row {
-        let (Setting { taps, images, order, refresh, waves, decodes }, error) = (point.setting, point.error);
-        (taps, images, order, refresh, waves, decodes, error.jnds, error.measure.name().to_owned(), point.cost)
-    };
-    let bytes = serde_json::to_vec(&front.iter().map(row).collect::<Vec<_>>()).map_err(Error::other);
+    let bytes = serde_json::to_vec(&front.iter().map(FrontPoint::numbers).collect::<Vec<_>>()).map_err(Error::other);
     let folder = file.parent().unwrap_or(Path::new(""));
     let made = std::fs::create_dir_all(folder).and_then(|()| write_whole(file, &bytes?)).and_then(|()| forget_oldest(folder));
     if let Err(error) = made {
@@ -88,6 +76,7 @@ fn forget_oldest(folder: &Path) -> Result<()> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use promenade_core::{Audible, Measure, Setting};
     use promenade_testing::scenes::room_with_images;
 
     fn front() -> Vec<FrontPoint> {
@@ -115,7 +104,7 @@ mod tests {
         write(&file, &front());
         let whole = std::fs::read(&file).unwrap();
         let text = String::from_utf8(whole.clone()).unwrap();
-        let wrong = [("0.75", "1.5"), ("moving ILD", "moving"), ("0.5", "-1"), ("0.5", "1e99"), ("true", "3"), ("3,", "-3,")];
+        let wrong = [("0.75", "1.5"), ("8.0", "99.0"), ("0.5", "-1"), ("0.5", "1e39"), ("3.0,", ""), ("3.0", "null")];
         let damaged = wrong.map(|(from, to)| text.replace(from, to).into_bytes());
         let damaged = damaged.into_iter().filter(|bytes| *bytes != whole);
         let cut = (0..whole.len()).map(|end| whole[..end].to_vec());

@@ -1,7 +1,7 @@
 //! Scenes of fitted rooms.
 
 use crate::args::FitArgs;
-use crate::{hrtf, less, report};
+use crate::{hrtf, report, scene};
 use anyhow::{Result, bail};
 use promenade_acoustics::{Material, Materials, Room, Source};
 use promenade_baker::geometry::{GeometryOptions, bake_geometry};
@@ -38,7 +38,7 @@ fn recipe(args: &FitArgs, set: &Measurements) -> String {
 
 pub(super) fn write(args: &FitArgs, output: &Path, fit: &FullFit, set: &Measurements, beside: &MaterialsBeside) -> Result<()> {
     let hrtf = head(args, output)?;
-    let bytes = less::write(output, made(args, &hrtf, fit, set, beside)?, args.less)?;
+    let bytes = scene::write_kept(output, made(args, &hrtf, fit, set, beside)?, args.less)?;
     report::line(format_args!("{}: {} kB", output.display(), bytes.div_ceil(1000)));
     Ok(())
 }

@@ -2,8 +2,8 @@
 
 use super::{HOST_BLOCK, HOST_RATE_HZ};
 use crate::args::MeasureArgs;
-use crate::less::words;
 use crate::report;
+use crate::scene::words;
 use anyhow::{Context, Result};
 use promenade_baker::cost::real_times;
 use promenade_baker::trade::{STANDARD_JNDS, elsewhere, errors_to_measurements, front, largest};

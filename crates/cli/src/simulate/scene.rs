@@ -3,7 +3,7 @@
 use super::boxed::{after_eyring, walls};
 use super::{RAYS, head_of};
 use crate::args::{AirArgs, LessArgs, RoomArgs, RunArgs, SimulateBoxArgs, SimulateMeshArgs};
-use crate::{less, report};
+use crate::{report, scene};
 use anyhow::{Result, bail};
 use promenade_acoustics::{Mesh, Room, Source};
 use promenade_baker::geometry::{GeometryOptions, bake_box, bake_geometry, scene_head};
@@ -99,7 +99,7 @@ pub(super) fn write_box(args: &SimulateBoxArgs) -> Result<()> {
 /// Writes a scene and says what it is.
 fn written(output: &Path, made: Scene, args: LessArgs, began: Instant) -> Result<()> {
     let notes = made.provenance().notes.join("; ");
-    let bytes = less::write(output, made, args)?;
+    let bytes = scene::write_kept(output, made, args)?;
     report::line(format_args!(
         "{}: {} kB, {} in {:.1} s",
         output.display(),

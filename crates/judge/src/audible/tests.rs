@@ -27,7 +27,7 @@ fn a_scene_is_as_itself_and_less_of_it_is_not() {
 #[test]
 fn a_change_counts_as_many_times_as_it_is_noticed() {
     let measures = ResponseMeasures { itd_s: 1e-4, ild_db: 3.0, t20_s: Some(0.5), edt_s: Some(0.4), c50_db: Some(9.0) };
-    let standing = |measures, level: f64, coherence| {
+    let standing = |measures: Option<ResponseMeasures>, level: f64, coherence| {
         let itds_s: Vec<f64> = measures.iter().map(|m: &ResponseMeasures| m.itd_s).collect();
         let (levels_db, coherence) = (vec![level, level - 1.0, level - 90.0], vec![coherence]);
         [Standing { measures, itds_s, levels_db, first: 1.0, coherence }]
