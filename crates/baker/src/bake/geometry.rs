@@ -104,8 +104,8 @@ pub fn bake_box(room: &ShoeboxRoom, head: &SceneHead, options: &SceneOptions) ->
     halved(&room.scene(head, &SceneOptions { waves_hz, layer_m, ..options.clone() })?)
 }
 
-/// Bakes a scene of a room, without waves, as it is where responses correct it; `about` says what it
-/// was learnt from; the head's credit is added.
+/// Bakes a scene of a room as it is where responses without waves correct it; `about` says what it was learnt from; the head's
+/// credit is added.
 ///
 /// # Errors
 /// Those of [`bake_geometry`], and no response.
@@ -120,8 +120,7 @@ pub fn bake_corrected(
         return Err(BakeError::argument("responses that correct a room", "one or more", "none"));
     }
     let head = scene_head(hrtf)?;
-    let options = GeometryOptions { waves_hz: Some(0.0), ..options.clone() };
-    let mut surfaces = surfaces(mesh, room, source, (hrtf, &head), &options, |_| ())?;
+    let mut surfaces = surfaces(mesh, room, source, (hrtf, &head), options, |_| ())?;
     let level = correct(&mut surfaces, responses, &head, options.air);
     if is_levelled {
         surfaces.gain *= level.sqrt();

@@ -99,7 +99,7 @@ impl Places {
             t30_within: None,
             length_s: None,
             air: Some(args.air.air()),
-            // What corrects a scene has none either.
+            // Learnt gains are those of images and rays; the scene itself has waves.
             waves_hz: Some(0.0),
             seed,
             part: Part::WHOLE,

@@ -1,5 +1,5 @@
 //! A room whose sound is corrected by responses: its direct sound by one colour, images by one gain each in every octave, all
-//! else place by place.
+//! else place by place. The bass of waves is the room's.
 
 use crate::signal::spectrum::{Analyser, at, band_means};
 use crate::sources::simulation::OCTAVES_HZ;

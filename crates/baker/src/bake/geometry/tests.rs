@@ -485,6 +485,20 @@ fn a_corrected_room_has_what_its_responses_have() {
     let db = |a: f64, b: f64| 10.0 * (a / b).log10();
     let less = [db(early_less, early), db(late_less, late)].map(|x| x - db(direct_less, direct));
     assert!(less.iter().all(|x| (x + 6.02).abs() < 0.5), "{less:?}");
+    // What is corrected has the room's bass where it is asked for, and its level.
+    let responses = [CorrectedResponse {
+        at: made[0].listener.position,
+        simulated: [made[0].left.clone(), made[0].right.clone()],
+        corrected: [&made[0].left, &made[0].right].map(|ear| ear.iter().map(|v| 2.0 * v).collect()),
+    }];
+    let bass = |waves_hz: Option<f64>, is_levelled: bool| {
+        let options = GeometryOptions { waves_hz, ..options.clone() };
+        let scene = bake_corrected((&mesh, &room, &source), &hrtf, &options, (&responses, is_levelled), Provenance::default());
+        scene.unwrap().bass().map(|bass| bass.direct)
+    };
+    assert_eq!(bass(Some(0.0), true), None);
+    let [plain, levelled] = [false, true].map(|is_levelled| bass(Some(80.0), is_levelled).unwrap());
+    assert!((levelled / plain - 2.0).abs() < 0.05, "{levelled} for {plain}");
     let error =
         bake_corrected((&mesh, &room, &source), &hrtf, &options, (&[], false), Provenance::default()).unwrap_err().to_string();
     assert!(error.contains("one or more"), "{error}");
