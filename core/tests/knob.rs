@@ -6,6 +6,7 @@ use promenade_core::{BlockParams, Carriers, Emitters, FrontPoint, Pose, Renderer
 use promenade_testing::hostile::is_output;
 use promenade_testing::noise;
 use promenade_testing::signal::peak;
+use std::f64::consts::TAU;
 use std::path::Path;
 use std::sync::Arc;
 
@@ -14,6 +15,7 @@ const RATES_HZ: [f64; 5] = [8_000.0, 44_100.0, 48_000.0, 96_000.0, 192_000.0];
 const BLOCKS: [usize; 8] = [8_192, 1, 512, 31, 64, 4_099, 7, 1_024];
 /// Each scene is played for a minute at one of the rates, in turn, and shorter at the others, seconds.
 const WHOLE_S: [f64; 2] = [60.0, 6.0];
+const TONE_HZ: f64 = 220.0;
 /// Shares of a tone, then of noise that is 200 dB too loud, then of what is no number.
 const TONE: f64 = 4.0 / 6.0;
 const LOUD: f64 = 5.0 / 6.0;
@@ -51,7 +53,7 @@ fn walk(scene: &Scene, seconds: f64) -> Pose {
 }
 
 fn tone(rate: f64, seconds: f64) -> Vec<f32> {
-    let at = |i: usize| (0.2 * (std::f64::consts::TAU * 220.0 * i as f64 / rate).sin()) as f32;
+    let at = |i: usize| (0.2 * (TAU * TONE_HZ * i as f64 / rate).sin()) as f32;
     (0..(seconds * rate) as usize).map(at).collect()
 }
 
@@ -128,8 +130,9 @@ fn a_minute_of_the_knob_in_every_shipped_scene() {
             }
             let turned = bend(&ears, rate, TONE * seconds);
             println!("{name} at {rate} Hz, {seconds} s: {turns} turns, bend {:.2} of what it is left alone", turned / left);
-            // Where a cross-fade begins, its slope bends what the ends differ by, as that of every change of a scene does.
-            let fade = 2.0 * level / (FADE_S * rate) as f32;
+            // A linear cross-fade bends what the ends differ by where it begins, and their slopes' difference all the way, as
+            // that of every change of a scene does.
+            let fade = level * ((2.0 + 4.0 * TAU * TONE_HZ / rate) / (FADE_S * rate)) as f32;
             if turned > 1.1 * left + fade || turns < 3 {
                 wrong.push(format!("{name} at {rate} Hz: {turns} turns, {turned} and {left} left alone"));
             }

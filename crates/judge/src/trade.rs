@@ -120,11 +120,14 @@ struct Search<'a> {
     full: Vec<Heard>,
     /// Values of each lever, all of it first.
     levers: Vec<Vec<Setting>>,
-    measured: HashMap<Setting, (f64, Vec<Audible>)>,
+    measured: HashMap<Setting, Found>,
     standing: HashMap<Setting, Vec<Audible>>,
     checked: Vec<(Setting, Audible)>,
     wanted: &'a (dyn Fn() -> bool + Sync),
 }
+
+/// Operations of a setting, and its errors.
+type Found = (f64, Vec<Audible>);
 
 /// By lever how far it is pulled.
 type Steps = Vec<usize>;
@@ -187,7 +190,7 @@ impl<'a> Search<'a> {
     /// beyond a limit already.
     fn measure(&mut self, settings: &[Setting], limit: f32) -> Result<(), JudgeError> {
         let new: Vec<Setting> = settings.iter().copied().filter(|setting| !self.measured.contains_key(setting)).collect();
-        let one = |setting: &Setting| -> Result<(Vec<Audible>, Option<(f64, Vec<Audible>)>), JudgeError> {
+        let one = |setting: &Setting| -> Result<(Vec<Audible>, Option<Found>), JudgeError> {
             let known = self.standing.get(&self.as_standing(*setting));
             if known.is_some_and(|errors| largest(errors).jnds > limit) {
                 return Ok((Vec::new(), None));
