@@ -33,7 +33,7 @@ pub(crate) const LOUDEST: f32 = 1e6;
 pub(crate) fn bounded(x: f32) -> f32 {
     // In this form it takes several samples at once.
     let magnitude = x.abs();
-    if magnitude >= f32::MIN_POSITIVE && magnitude < f32::INFINITY { x.clamp(-LOUDEST, LOUDEST) } else { 0.0 }
+    if (f32::MIN_POSITIVE..f32::INFINITY).contains(&magnitude) { x.clamp(-LOUDEST, LOUDEST) } else { 0.0 }
 }
 
 /// A sample as it comes from a host: silence where it is no number.

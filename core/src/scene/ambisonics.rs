@@ -141,8 +141,8 @@ fn emitter_gain(rows: &[f32], field: &Field, grid: &StftGrid, head: &AmbisonicHe
     if plain > 0.0 { single((found / plain).sqrt()) } else { 0.0 }
 }
 
-/// Amplitude that a head has of a field that comes from everywhere, where heads do little. Scenes' heads are equalised for such a
-/// field: it is the same at all frequencies, also where the filters of third order have less of it.
+/// Amplitude that a head has of a field that comes from everywhere, where heads do little. Scenes' heads are equalised for
+/// such a field: it is the same at all frequencies, also where the filters of third order have less of it.
 fn diffuse_level(grid: &StftGrid, head: &AmbisonicHead) -> f32 {
     // Channels of such a field are unlike each other and, in N3D, of one energy.
     let made = |hz: f64| 0.5 * head.at(hz).iter().flatten().map(Complex64::norm_sqr).sum::<f64>();

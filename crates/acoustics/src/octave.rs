@@ -25,8 +25,8 @@ const CHANGES: (f64, f64) = (0.05, 4.0);
 
 /// Energies at the centres of octaves, and at 63 Hz, between which [`octave_energy_from_63`] has stated means over the octaves.
 ///
-/// A trace states what an octave has as a whole. The line between two centres has more than that as soon as the octave beside it
-/// is louder: late in a room whose octaves ring for unlike times, by as much as 10 dB.
+/// A trace states what an octave has as a whole. The line between two centres has more than that as soon as the octave beside
+/// it is louder: late in a room whose octaves ring for unlike times, by as much as 10 dB.
 #[must_use]
 pub fn centred(low: f64, energies: &[f64; BANDS]) -> (f64, [f64; BANDS]) {
     const COUNT: usize = BANDS + 1;
