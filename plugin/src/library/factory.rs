@@ -17,7 +17,8 @@ pub const LOFT: FactoryScene = FactoryScene {
 };
 
 /// BLAKE3 of [`LOFT`], then of those before it. Projects name the loft by one of them, and play the newest.
-pub const LOFT_HASHES: [&str; 3] = [
+pub const LOFT_HASHES: [&str; 4] = [
+    "79bffa5c4cb3c1f14cb2ecc72fc179ee39a96730e8714ed6e0f4b0bda21bbab9",
     "3ecbf40e0c8d4b42d634c444a9e2c962d67c9010403e1a15c7e2d5f9f61d0dba",
     "376e90fcc83c0ede09bccf21363390ed7b82f0de119fb05bff81473bb7507a56",
     "090f28b1ee624915198ae0a99e820f09da483975cfd7d69a9701ddfd7e291f40",
@@ -59,8 +60,8 @@ pub const PLACES: [Place; 11] = [
     Place { file: "concert-hall.promenade", level_cb: -115 },
     Place { file: "corridor.promenade", level_cb: -106 },
     Place { file: "courtyard.promenade", level_cb: -70 },
-    Place { file: "dry-studio.promenade", level_cb: -60 },
-    Place { file: "l-shaped-loft.promenade", level_cb: -72 },
+    Place { file: "dry-studio.promenade", level_cb: -56 },
+    Place { file: "l-shaped-loft.promenade", level_cb: -70 },
     Place { file: "living-room.promenade", level_cb: -46 },
     Place { file: "parking-deck.promenade", level_cb: -54 },
     Place { file: "stairwell.promenade", level_cb: -30 },
