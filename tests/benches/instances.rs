@@ -2,7 +2,8 @@
 //!
 //! `cargo bench --bench instances -p promenade-tests`. The plugin is the one that cargo builds beside it, or that of
 //! `PROMENADE_BUNDLES`. Time: processor seconds of the one thread that plays all instances in turn, per second of sound, at 48
-//! kHz in blocks of 512, median of the runs; input is white noise, and every listener turns by 90 degrees a second and walks at
+//! kHz in blocks of 512, with `-- --blocks` of Room A and the loft in blocks of 64, 128 and 512, median of the runs; input is
+//! white noise, and every listener turns by 90 degrees a second and walks at
 //! 1 m/s with automation every 32 samples; then without automation, and then without input too, once the room has died away.
 //! Memory: what is resident of the process (Linux), of which before the first instance is taken off. Before that, seconds by
 //! the clock from the first instance that is opened to the last that plays, for each number and sample rate in a process of its
@@ -26,6 +27,7 @@ const OPENED: &str = "PROMENADE_BENCH_OPENED";
 
 const RATE: f64 = 48_000.0;
 const BLOCK: usize = 512;
+const BLOCKS: [usize; 3] = [64, 128, 512];
 const COUNTS: [usize; 4] = [1, 10, 25, 50];
 const SECONDS: f64 = 2.0;
 const RUNS: usize = 5;
@@ -43,20 +45,24 @@ fn lanes(instance: &mut Instance) -> Vec<Lane> {
 
 /// Plays all instances for the seconds, block by block in turn; returns processor seconds per second.
 fn play(hosts: &mut [impl Host], lanes: &[Lane], signal: &[f32], at: &mut u64) -> f64 {
-    let (mut left, mut right) = (vec![0.0; BLOCK], vec![0.0; BLOCK]);
+    play_blocks(hosts, lanes, (signal, BLOCK), at)
+}
+
+fn play_blocks(hosts: &mut [impl Host], lanes: &[Lane], (signal, len): (&[f32], usize), at: &mut u64) -> f64 {
+    let (mut left, mut right) = (vec![0.0; len], vec![0.0; len]);
     let began = ThreadTime::now();
     let mut played = 0;
-    for block in signal.chunks_exact(BLOCK) {
+    for block in signal.chunks_exact(len) {
         for host in hosts.iter_mut() {
             let instance = host.instance();
             for lane in lanes {
-                let set = lane.events(*at, BLOCK, |offset, value| instance.set_at(lane.id(), value, offset));
+                let set = lane.events(*at, len, |offset, value| instance.set_at(lane.id(), value, offset));
                 set.expect("the plugin takes the value");
             }
             instance.process_into(&[block, block], &mut [&mut left, &mut right]).expect("the plugin plays");
         }
-        *at += BLOCK as u64;
-        played += BLOCK;
+        *at += len as u64;
+        played += len;
     }
     began.elapsed().as_secs_f64() / (played as f64 / RATE)
 }
@@ -94,6 +100,40 @@ fn table<H: Host>() {
     }
 }
 
+/// One and fifty instances that move, by the length of blocks, which take turns.
+fn by_blocks<H: Host>() {
+    let seconds = 0.5;
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a part of a second")]
+    let signal = noise((seconds * RATE) as usize);
+    let bundle = H::bundle();
+    println!("| scene | instances |{}", BLOCKS.map(|block| format!(" {block} |")).concat());
+    println!("|---|---|{}", "---|".repeat(BLOCKS.len()));
+    for (name, scene) in [("Room A", 0.0), ("loft", 1.0)] {
+        for count in [1, 50] {
+            let mut hosts = BLOCKS.map(|block| {
+                let setup = Setup { rate: RATE, block, ..Setup::default() };
+                let open = |_| -> H { bundle.open(setup).expect("the plugin opens").into() };
+                (0..count).map(open).collect::<Vec<_>>()
+            });
+            for host in hosts.iter_mut().flatten() {
+                host.set("scene", scene);
+                host.instance().settle().expect("the plugin starts again");
+            }
+            let lanes = lanes(hosts[0][0].instance());
+            let (mut costs, mut at) = ([const { Vec::new() }; BLOCKS.len()], [0; BLOCKS.len()]);
+            // The first does not count.
+            for run in 0..=2 * RUNS {
+                for (i, block) in BLOCKS.into_iter().enumerate() {
+                    let cost = play_blocks(&mut hosts[i], &lanes, (&signal, block), &mut at[i]);
+                    costs[i].extend((run > 0).then_some(cost));
+                }
+            }
+            let row = costs.map(|costs| format!(" {:.2} % |", 100.0 * median(costs))).concat();
+            println!("| {name} | {count} |{row}");
+        }
+    }
+}
+
 /// Opens and activates instances; returns the seconds until all can play.
 fn opening<H: Host>(rate: f64, count: usize) -> f64 {
     let bundle = H::bundle();
@@ -128,6 +168,9 @@ fn main() {
         Err(_) => (),
     }
     println!("{}, {}, {RUNS} runs of {SECONDS} s, of one core\n", machine(), env::consts::OS);
+    if env::args().any(|argument| argument == "--blocks") {
+        return by_blocks::<ClapHost>();
+    }
     let this = env::current_exe().expect("a bench has its own file");
     println!("| format | rate | opening 1 | 50 | 200 |");
     println!("|---|---|---|---|---|");
