@@ -49,8 +49,8 @@ cargo xtask validators [--debug]
 cargo xtask pictures
     makes the pictures of the editor in docs/pictures, on a screen without a monitor
 cargo xtask test [--quick]
-    checks format and lints, bundles the plugin, runs every test in Rust and in Python; with --quick the lints of the crates
-    that have changed, and the tests in Rust of these and of all that stand on them";
+    checks format and lints, bundles the plugin, runs every test in Rust and in Python; with --quick the lints and
+    tests in Rust of the crates that have changed, and the test programs of all that stand on them";
 
 fn main() -> ExitCode {
     match run() {

@@ -25,7 +25,7 @@ mod rate;
 mod whole;
 
 pub use minimum_phase::{NO_GAIN, floored_log, minimum_phase, minimum_phase_log};
-pub use rate::RateConverter;
+pub use rate::{RateConverter, resampled};
 pub use whole::{Fourier, signal, spectrum};
 
 use realfft::RealFftPlanner;

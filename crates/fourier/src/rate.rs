@@ -1,12 +1,44 @@
-//! Conversion between sample rates as a stream, block by block.
+//! Conversion between sample rates: as a stream, block by block, and of whole signals.
 
 use rubato::audioadapter_buffers::direct::SequentialSliceOfVecs;
-use rubato::{Fft, FixedSync, Resampler, WindowFunction};
+use rubato::{Fft, FixedSync, Resampler, ResamplerConstructionError, WindowFunction};
+use std::error::Error;
 
 /// Samples of the longest block: rates whose ratio needs longer ones are not converted.
 const LONGEST_BLOCK: usize = 4096;
 /// Samples of a block on its shorter side, at least: the transition band is then a fifteenth of the lower Nyquist frequency.
 const SHORTEST_BLOCK: usize = 256;
+/// Samples that go into a transform of a whole signal, at least: its transition band is a few hundredths of the lower Nyquist
+/// frequency.
+const WHOLE_BLOCK: usize = 2048;
+
+/// Channels of one length at another sample rate; sample 0 stays at time 0 and `n` samples become `n * to / from`, rounded up.
+///
+/// What lies above the lower of both Nyquist frequencies is removed.
+///
+/// # Errors
+/// A rate of zero, or channels of different lengths.
+pub fn resampled(channels: &[Vec<f32>], from_hz: usize, to_hz: usize) -> Result<Vec<Vec<f32>>, Box<dyn Error + Send + Sync>> {
+    let (count, frames) = (channels.len(), channels.first().map_or(0, Vec::len));
+    // The delay is half a transform, on both sides of it; an even number of the smallest blocks makes it whole samples, and so
+    // exactly removable.
+    let block = (from_hz / gcd(from_hz, to_hz).max(1)).max(1);
+    let mut resampler = resampler(from_hz, to_hz, WHOLE_BLOCK.div_ceil(block).next_multiple_of(2) * block, count)?;
+    let input = SequentialSliceOfVecs::new(channels, count, frames)?;
+    let capacity = resampler.process_all_needed_output_len(frames);
+    let mut output = vec![vec![0.0; capacity]; count];
+    let mut adapter = SequentialSliceOfVecs::new_mut(&mut output, count, capacity)?;
+    resampler.process_all_into_buffer(&input, &mut adapter, frames, None)?;
+    // Counted in whole numbers: the resampler's own count rounds a ratio up.
+    let length = (frames as u128 * to_hz as u128).div_ceil(from_hz as u128);
+    output.iter_mut().for_each(|c| c.truncate(usize::try_from(length).unwrap_or(usize::MAX)));
+    Ok(output)
+}
+
+/// A resampler of blocks of so many samples that go in.
+fn resampler(from_hz: usize, to_hz: usize, block: usize, channels: usize) -> Result<Fft<f32>, ResamplerConstructionError> {
+    Fft::new_custom(from_hz, to_hz, block, 1, channels, WindowFunction::BlackmanHarris2, FixedSync::Both)
+}
 
 /// Converts channels from one sample rate to another, a block of so many samples at a time.
 ///
@@ -35,8 +67,7 @@ impl RateConverter {
         if input.max(output) > LONGEST_BLOCK {
             return None;
         }
-        let window = WindowFunction::BlackmanHarris2;
-        let resampler = Fft::new_custom(from, to, input, 1, channels, window, FixedSync::Both).ok()?;
+        let resampler = resampler(from, to, input, channels).ok()?;
         let silent = |len: usize| vec![vec![0.0; len]; channels];
         Some(Self { resampler, shortest: to / divisor, input: silent(input), output: silent(output) })
     }
