@@ -67,7 +67,7 @@ fn at_hosts() {
     println!("| published head for 1 s, at | latency ms | cost |");
     println!("|---|---|---|");
     let bands = Bands::for_rate(GRID.sample_rate_hz);
-    let tail = TailModel { seed: 3, t60_s: vec![0.1; bands.count()], coherence: vec![0.0; bands.count()] };
+    let tail = TailModel { seed: 3, t60_s: vec![0.1; bands.count()], coherence: vec![0.0; bands.count()], by_phase: false };
     let model = model(CloudKind::SimpleSh, PUBLISHED);
     let cloud = AnchorCloud { model, conv: ConvMode::LookAhead, projection: Projection::Diagonal, emitter: None };
     let parts = SceneParts { taps: 32, cloud: Some(cloud), top_hz: 10_000.0, ..SceneParts::new(GRID, bands, tail) };

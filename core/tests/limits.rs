@@ -13,7 +13,7 @@ fn plain(grid: StftGrid, taps: usize, t60_s: f32) -> Result<Scene, SceneError> {
     let mut transfer = TransferShape { bins: grid.bins(), bands: 2, taps }.silent();
     transfer.mixture.fill(1.0);
     transfer.late.fill(1e-6);
-    let tail = TailModel { seed: 1, t60_s: vec![t60_s; 2], coherence: vec![0.0; 2] };
+    let tail = TailModel { seed: 1, t60_s: vec![t60_s; 2], coherence: vec![0.0; 2], by_phase: false };
     Scene::of_transfer(&transfer, grid, bands, tail, 0.45 * grid.sample_rate_hz as f32)
 }
 

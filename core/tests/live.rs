@@ -18,7 +18,7 @@ const RATE: f64 = 22_050.0;
 
 fn scene(kind: CloudKind, conv: ConvMode, projection: Projection) -> Arc<Scene> {
     let bands = Bands::for_rate(RATE);
-    let tail = TailModel { seed: 3, t60_s: vec![0.1; bands.count()], coherence: vec![0.0; bands.count()] };
+    let tail = TailModel { seed: 3, t60_s: vec![0.1; bands.count()], coherence: vec![0.0; bands.count()], by_phase: false };
     let parts = SceneParts {
         taps: 16,
         cloud: Some(AnchorCloud { model: golden::slice(kind).model, conv, projection, emitter: None }),

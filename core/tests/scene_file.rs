@@ -49,7 +49,11 @@ fn small() -> SceneParts {
         bounds: (Vec3::ZERO, Vec3::ONE),
         top_hz: 3_500.0,
         start_pose: Pose::from_ypr(Vec3::ONE, 1.0, 0.5, -0.25),
-        ..SceneParts::new(grid, bands, TailModel { seed: u64::MAX, t60_s: vec![0.5; 3], coherence: vec![-0.5; 3] })
+        ..SceneParts::new(
+            grid,
+            bands,
+            TailModel { seed: u64::MAX, t60_s: vec![0.5; 3], coherence: vec![-0.5; 3], by_phase: true },
+        )
     }
 }
 

@@ -23,7 +23,7 @@ const SCENE: &str = "cloud.promenade";
 fn fill(folder: &Path) {
     let rate = 22_050.0;
     let bands = Bands::for_rate(rate);
-    let tail = TailModel { seed: 3, t60_s: vec![0.1; bands.count()], coherence: vec![0.0; bands.count()] };
+    let tail = TailModel { seed: 3, t60_s: vec![0.1; bands.count()], coherence: vec![0.0; bands.count()], by_phase: false };
     let scene = Scene::new(SceneParts {
         taps: 16,
         cloud: Some(AnchorCloud {

@@ -401,7 +401,7 @@ mod tests {
     fn room() -> (Bands, TailModel, TransferFunction) {
         let bands = Bands::for_rate(GRID.sample_rate_hz);
         let n = bands.count();
-        let tail = TailModel { seed: 3, t60_s: vec![0.2; n], coherence: vec![0.3; n] };
+        let tail = TailModel { seed: 3, t60_s: vec![0.2; n], coherence: vec![0.3; n], by_phase: false };
         let shape = TransferShape { bins: GRID.bins(), bands: n, taps: TAPS };
         let values = |count: usize, of: u64, low: f32, high: f32| -> Vec<f32> {
             (0..count).map(|i| low + (high - low) * (0.5 + 0.5 * noise_at(of, i))).collect()

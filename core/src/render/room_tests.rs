@@ -40,7 +40,12 @@ fn shape() -> TransferShape {
 
 fn tail() -> TailModel {
     let count = bands().count();
-    TailModel { seed: 11, t60_s: (0..count).map(|b| 0.8 - 0.02 * b as f32).collect(), coherence: vec![0.3; count] }
+    TailModel {
+        seed: 11,
+        t60_s: (0..count).map(|b| 0.8 - 0.02 * b as f32).collect(),
+        coherence: vec![0.3; count],
+        by_phase: false,
+    }
 }
 
 /// A transfer function along a way from 0 to 1.

@@ -90,6 +90,7 @@ impl Scene {
         let tail = TailModel {
             seed: parts.tail.seed.wrapping_add(pair as u64),
             coherence: vec![0.0; parts.bands.count()],
+            by_phase: false,
             ..parts.tail.clone()
         };
         Ok(Self {

@@ -232,7 +232,7 @@ mod tests {
     #[test]
     fn memory_is_of_the_order_that_is_taken() {
         let grid = StftGrid { sample_rate_hz: 16_000.0, n_fft: 320, hop: 80 };
-        let tail = TailModel { seed: 1, t60_s: vec![0.5; 2], coherence: vec![0.0; 2] };
+        let tail = TailModel { seed: 1, t60_s: vec![0.5; 2], coherence: vec![0.0; 2], by_phase: false };
         for taps in [0, 32, 200] {
             let transfer = TransferShape { bins: grid.bins(), bands: 2, taps }.silent();
             let bands = Bands::new(vec![0.0, 1_000.0]).unwrap();

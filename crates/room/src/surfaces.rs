@@ -178,7 +178,7 @@ impl Surfaces {
         let taps = early_taps(self.typical_t60_s, grid.hop_s());
         let shape = TransferShape { bins: grid.bins(), bands: bands.count(), taps };
         let t60_s = decay_s(&self.late, taps + 1, grid.hop_s(), self.typical_t60_s);
-        let mut tail = TailModel { seed, t60_s, coherence: head.coherence.clone() };
+        let mut tail = TailModel { seed, t60_s, coherence: head.coherence.clone(), by_phase: false };
         let to_start = |i: &usize| self.places.at[*i].distance_squared(self.start_pose.position.as_dvec3());
         let start = (0..self.places.at.len()).min_by(|a, b| to_start(a).total_cmp(&to_start(b))).unwrap_or(0);
         let unit = noise.unit(&mut tail, shape, &self.late, start)?;

@@ -191,7 +191,7 @@ pub fn one_transfer(sample_rate_hz: f64, mask: f32, taps: usize, t60_s: f32) -> 
     let grid = StftGrid::four_hops(sample_rate_hz, 0.005 * sample_rate_hz);
     let mut transfer = TransferShape { bins: grid.bins(), bands: 2, taps }.silent();
     [&mut transfer.mixture, &mut transfer.taps, &mut transfer.late].into_iter().for_each(|gains| gains.fill(mask));
-    let tail = TailModel { seed: 1, t60_s: vec![t60_s; 2], coherence: vec![0.0; 2] };
+    let tail = TailModel { seed: 1, t60_s: vec![t60_s; 2], coherence: vec![0.0; 2], by_phase: false };
     let bands = Bands::new(vec![0.0, 1_000.0]).unwrap();
     Arc::new(Scene::of_transfer(&transfer, grid, bands, tail, 0.45 * sample_rate_hz as f32).unwrap())
 }

@@ -139,7 +139,7 @@ pub fn room_of_responses(rate: f64) -> (Arc<Scene>, Vec<f32>) {
     let parts = room(rate, 0.5, 0.0).parts().clone();
     let scene = Scene::new(SceneParts {
         grid,
-        tail: TailModel { seed: 1, t60_s: vec![0.5; bands.count()], coherence: vec![0.0; bands.count()] },
+        tail: TailModel { seed: 1, t60_s: vec![0.5; bands.count()], coherence: vec![0.0; bands.count()], by_phase: false },
         bands,
         taps: RESPONSE_TAPS,
         measured: Some(measured),
@@ -180,7 +180,7 @@ fn parts(sample_rate_hz: f64, t60_s: f32, tail_gain: f32, taps: usize) -> SceneP
             t.to_row()
         })
         .collect();
-    let tail = TailModel { seed: 7, t60_s: vec![t60_s; shape.bands], coherence: vec![0.2; shape.bands] };
+    let tail = TailModel { seed: 7, t60_s: vec![t60_s; shape.bands], coherence: vec![0.2; shape.bands], by_phase: false };
     let field = Field::new(nodes, shape, Rows::Whole(rows)).unwrap();
     SceneParts {
         provenance: Provenance { title: "Numbers".into(), ..Provenance::default() },

@@ -126,7 +126,7 @@ mod tests {
         let grid = StftGrid { sample_rate_hz: 8000.0, n_fft: 64, hop: 16 };
         let bands = Bands::for_rate(8000.0);
         let (count, taps) = (bands.count(), 5);
-        let tail = TailModel { seed: 1, t60_s: vec![0.05; count], coherence: vec![0.0; count] };
+        let tail = TailModel { seed: 1, t60_s: vec![0.05; count], coherence: vec![0.0; count], by_phase: false };
         let settings = LossSettings { level: 0.7, delay: 0.003, ..LossSettings::default() };
         let loss = ResponseLoss::new(&settings, &grid, &bands, &tail);
         let values = |seed: u64, count: usize| noise(seed, count).iter().map(|x| 0.5 + 0.4 * x).collect::<Vec<f32>>();

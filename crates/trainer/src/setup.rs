@@ -58,7 +58,7 @@ impl Setup {
             decay.map(|decay| decay.time_s as f32).or_else(|| blind[band]).unwrap_or(SILENT_T60_S)
         };
         let t60_s = told.into_iter().enumerate().map(or_blind).collect();
-        let tail = TailModel { seed: settings.seed, t60_s, coherence: diffuse_coherence(&bands) };
+        let tail = TailModel { seed: settings.seed, t60_s, coherence: diffuse_coherence(&bands), by_phase: false };
         let network = &settings.network;
         let centre = anchors.positions.iter().sum::<Vec3>() / anchors.positions.len().max(1) as f32;
         let farthest = anchors.positions.iter().map(|p| p.distance(centre)).fold(0.0_f32, f32::max);

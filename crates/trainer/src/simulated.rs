@@ -350,7 +350,7 @@ mod tests {
         let rate = 16_000.0;
         let (grid, bands) = (grid(rate), Bands::for_rate(rate));
         let (count, taps) = (bands.count(), 8);
-        let tail = TailModel { seed: 1, t60_s: vec![0.3; count], coherence: vec![0.0; count] };
+        let tail = TailModel { seed: 1, t60_s: vec![0.3; count], coherence: vec![0.0; count], by_phase: false };
         let simulation = Simulation::new(&grid, &bands, &tail, &bands, taps);
         let told = |seed: u64, t60_s: f32, gain: f32, noise: f32| {
             let powers = simulation.powers(&ears(seed, rate, t60_s, gain));

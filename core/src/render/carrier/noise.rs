@@ -3,6 +3,7 @@
 use crate::bands::{BandPlace, Bands};
 use crate::number::{single, whole, whole_signed};
 use crate::random::{Random, mix};
+use crate::render::carrier::decorrelated::Decorrelated;
 use crate::{StftGrid, TailModel};
 use promenade_fourier::num_complex::Complex32;
 use promenade_fourier::{ComplexToReal, RealToComplex, spectrum};
@@ -48,22 +49,33 @@ pub(crate) fn hop_carriers(
     let places = band_places(scene_grid, bands, f32::INFINITY);
     // What differs between the ears in the late part comes from the network.
     let coherence = if set == LATE_SET { vec![1.0; places.len()] } else { per_bin(&places, &tail.coherence) };
-    let mut shaper = Shaper::new(scene_grid);
-    (0..hops)
-        .map(|hop| {
-            let [left, other] = [2 * set, 2 * set + 1].map(|stream| {
-                let mut noise = Noise::new(tail.seed, stream, hop as u64);
-                let scale = 1.0 / (scene_grid.hop as f32).sqrt();
-                let samples: Vec<f32> = (0..scene_grid.hop).map(|_| scale * noise.gaussian()).collect();
-                shaper.spectrum(&samples)
-            });
-            let right = blend_ears(&left, &other, &coherence);
-            [left, right].map(|ear| {
-                let samples = shaper.level(ear, &places, bands.count());
-                shaper.spectrum_at(grid, &samples)
-            })
+    let draws = |index: u64| {
+        [2 * set, 2 * set + 1].map(|stream| {
+            let mut noise = Noise::new(tail.seed, stream, index);
+            std::iter::repeat_with(move || noise.gaussian())
         })
-        .collect()
+    };
+    let by_phase = (set == TAP_SET && tail.by_phase).then(|| Decorrelated::new(draws(0), scene_grid.hop, hops));
+    let mut shaper = Shaper::new(scene_grid);
+    let ears = |hop: usize| -> [Vec<f32>; 2] {
+        if let Some(noise) = &by_phase {
+            let [middle, side] = noise.hop(hop).map(|samples| shaper.spectrum(&samples));
+            let ears = [1.0, -1.0].map(|sign| apart(&middle, &side, &coherence, sign));
+            return shaper.level(ears, &places, bands.count());
+        }
+        let scale = 1.0 / (scene_grid.hop as f32).sqrt();
+        let [left, other] = draws(hop as u64).map(|noise| {
+            let samples: Vec<f32> = noise.take(scene_grid.hop).map(|x| scale * x).collect();
+            shaper.spectrum(&samples)
+        });
+        let right = blend_ears(&left, &other, &coherence);
+        [left, right].map(|ear| {
+            let [samples] = shaper.level([ear], &places, bands.count());
+            samples
+        })
+    };
+    let samples: Vec<[Vec<f32>; 2]> = (0..hops).map(ears).collect();
+    samples.iter().map(|ears| ears.each_ref().map(|samples| shaper.spectrum_at(grid, samples))).collect()
 }
 
 /// Keeps noise one hop long while its bands are brought to one energy.
@@ -101,23 +113,26 @@ impl Shaper {
         (sample + self.grid.n_fft - self.grid.lead()) % self.grid.n_fft
     }
 
-    /// The hop of samples whose bands have unit energy: levels are set and what then lies outside the hop is cut off, in turns.
-    /// Setting them once would leave filters whose ends wrap round in the frame 20 dB below themselves.
-    fn level(&mut self, mut spectrum: Vec<Complex32>, places: &[BandPlace], bands: usize) -> Vec<f32> {
-        let mut samples = vec![0.0; self.grid.hop];
+    /// The hops of samples whose bands have unit energy in the mean of all of them: levels are set and what then lies outside
+    /// the hop is cut off, in turns. Setting them once would leave filters whose ends wrap round in the frame 20 dB below
+    /// themselves.
+    fn level<const N: usize>(&mut self, mut spectra: [Vec<Complex32>; N], places: &[BandPlace], bands: usize) -> [Vec<f32>; N] {
+        let mut samples = [(); N].map(|()| vec![0.0; self.grid.hop]);
         let mut time = vec![0.0; self.grid.n_fft];
         for _ in 0..LEVEL_ROUNDS {
-            let levels = per_bin(places, &band_levels(&spectrum, places, bands));
-            spectrum.iter_mut().zip(levels).for_each(|(x, g)| *x *= g / self.grid.n_fft as f32);
-            if let [first, .., last] = spectrum.as_mut_slice() {
-                (first.im, last.im) = (0.0, 0.0);
+            let levels = per_bin(places, &band_levels(&spectra, places, bands));
+            for (spectrum, samples) in spectra.iter_mut().zip(&mut samples) {
+                spectrum.iter_mut().zip(&levels).for_each(|(x, g)| *x *= g / self.grid.n_fft as f32);
+                if let [first, .., last] = spectrum.as_mut_slice() {
+                    (first.im, last.im) = (0.0, 0.0);
+                }
+                let done = self.inverse.process(spectrum, &mut time);
+                debug_assert!(done.is_ok());
+                for (i, x) in samples.iter_mut().enumerate() {
+                    *x = time[self.place(i)];
+                }
+                *spectrum = self.spectrum(samples);
             }
-            let done = self.inverse.process(&mut spectrum, &mut time);
-            debug_assert!(done.is_ok());
-            for (i, x) in samples.iter_mut().enumerate() {
-                *x = time[self.place(i)];
-            }
-            spectrum = self.spectrum(&samples);
         }
         samples
     }
@@ -180,10 +195,16 @@ fn blend_ears(left: &[Complex32], other: &[Complex32], coherence: &[f32]) -> Vec
     left.iter().zip(other).zip(coherence).map(|((l, o), c)| l * c + o * (1.0 - c * c).max(0.0).sqrt()).collect()
 }
 
-/// Gain per band that brings a spectrum's mean energy to 1 there, whatever the draw.
-fn band_levels(spectrum: &[Complex32], places: &[BandPlace], bands: usize) -> Vec<f32> {
+/// An ear's carrier: what is common to both, and with its sign what they do not share.
+fn apart(middle: &[Complex32], side: &[Complex32], coherence: &[f32], sign: f32) -> Vec<Complex32> {
+    let shares = coherence.iter().map(|c| [0.5 * (1.0 + c), 0.5 * (1.0 - c)].map(|energy| energy.max(0.0).sqrt()));
+    middle.iter().zip(side).zip(shares).map(|((m, s), [a, b])| m * a + s * (sign * b)).collect()
+}
+
+/// Gain per band that brings the mean energy of spectra to 1 there, whatever the draw.
+fn band_levels(spectra: &[Vec<Complex32>], places: &[BandPlace], bands: usize) -> Vec<f32> {
     let (mut energy, mut weight) = (vec![0.0_f32; bands], vec![1e-9_f32; bands]);
-    for (x, p) in spectrum.iter().zip(places) {
+    for (x, p) in spectra.iter().flat_map(|spectrum| spectrum.iter().zip(places)) {
         for (band, w) in [(p.band, 1.0 - p.fraction), (p.band + 1, p.fraction)] {
             energy[band] += w * x.norm_sqr();
             weight[band] += w;
@@ -227,13 +248,14 @@ mod tests {
             let scene_grid = StftGrid { sample_rate_hz: rate, n_fft, hop };
             let grid = scene_grid.at_rate(host);
             let bands = Bands::for_rate(rate);
-            let tail = TailModel { seed: 4, t60_s: vec![1.0; bands.count()], coherence: vec![0.3; bands.count()] };
+            let tail =
+                TailModel { seed: 4, t60_s: vec![1.0; bands.count()], coherence: vec![0.3; bands.count()], by_phase: false };
             let inverse = promenade_fourier::inverse::<f32>(grid.n_fft);
             let places = band_places(&grid, &bands, f32::INFINITY);
             for ears in hop_carriers(&grid, &scene_grid, &bands, &tail, TAP_SET, 4) {
                 for mut ear in ears {
                     // The last band holds above the scene's own, where nothing is set.
-                    let levels = band_levels(&ear, &places, bands.count());
+                    let levels = band_levels(std::slice::from_ref(&ear), &places, bands.count());
                     let worst = levels[..bands.count() - 1].iter().fold(0.0_f32, |w, g| w.max((20.0 * g.log10()).abs()));
                     assert!(worst < 4.0, "{n_fft}/{hop} at {host}: a band is {worst} dB off");
                     let mut time = vec![0.0; grid.n_fft];
@@ -251,5 +273,43 @@ mod tests {
                 }
             }
         }
+    }
+
+    /// A decaying room at both ears, at the bins of a frame.
+    fn room(seed: u64, by_phase: bool) -> EarSpectra {
+        let (grid, hops) = (StftGrid { sample_rate_hz: 16_000.0, n_fft: 320, hop: 80 }, 60);
+        let bands = Bands::for_rate(16_000.0);
+        let tail = TailModel { seed, t60_s: vec![0.5; bands.count()], coherence: vec![0.3; bands.count()], by_phase };
+        let mut sum = [(); 2].map(|()| vec![Complex32::default(); grid.bins()]);
+        for (hop, ears) in hop_carriers(&grid, &grid, &bands, &tail, TAP_SET, hops).iter().enumerate() {
+            let level = 10.0_f32.powf(-3.0 * hop as f32 * single(grid.hop_s()) / 0.5);
+            for (sum, ear) in sum.iter_mut().zip(ears) {
+                for (k, (sum, x)) in sum.iter_mut().zip(ear).enumerate() {
+                    let turns = (k * hop * grid.hop % grid.n_fft) as f32 / grid.n_fft as f32;
+                    *sum += x * Complex32::from_polar(level, -std::f32::consts::TAU * turns);
+                }
+            }
+        }
+        sum
+    }
+
+    #[test]
+    fn noise_by_phase_is_as_loud_at_both_ears_at_every_frequency_and_as_coherent_as_other_noise() {
+        let of = |by_phase: bool| {
+            let (mut square_db, mut common, mut energy, mut count) = (0.0, 0.0, 0.0, 0.0);
+            for seed in 0..12 {
+                let [left, right] = room(97 * seed, by_phase);
+                for (l, r) in left.iter().zip(&right).skip(4).take(150) {
+                    square_db += (10.0 * (l.norm_sqr() / r.norm_sqr()).log10()).powi(2);
+                    common += (l * r.conj()).re;
+                    energy += 0.5 * (l.norm_sqr() + r.norm_sqr());
+                    count += 1.0;
+                }
+            }
+            (f32::sqrt(square_db / count), common / energy)
+        };
+        let ([apart_db, apart], [alike_db, alike]) = (<[f32; 2]>::from(of(false)), <[f32; 2]>::from(of(true)));
+        assert!(apart_db > 6.0 && alike_db < 0.4 * apart_db, "{apart_db} and {alike_db} dB");
+        assert!((apart - 0.3).abs() < 0.1 && (alike - 0.3).abs() < 0.1, "{apart} and {alike}");
     }
 }

@@ -291,7 +291,7 @@ mod tests {
     #[test]
     fn every_band_falls_silent_without_subnormal_numbers() {
         let grid = StftGrid { sample_rate_hz: 48_000.0, n_fft: 960, hop: 240 };
-        let tail = TailModel { seed: 1, t60_s: vec![1.0; 2], coherence: vec![0.0; 2] };
+        let tail = TailModel { seed: 1, t60_s: vec![1.0; 2], coherence: vec![0.0; 2], by_phase: false };
         let bins = grid.bins();
         // The upper bins die within a few hops, the lower ones linger.
         let decay: Vec<f64> = (0..bins).map(|k| if k < 100 { 0.97 } else { 0.1 }).collect();
@@ -312,7 +312,7 @@ mod tests {
     fn rooms_decay_at_the_stated_rate_however_long_they_ring() {
         let grid = StftGrid { sample_rate_hz: 48_000.0, n_fft: 960, hop: 240 };
         for t60_s in [0.01, 1.0, 30.0, 1000.0_f64] {
-            let tail = TailModel { seed: 1, t60_s: vec![single(t60_s); 2], coherence: vec![0.0; 2] };
+            let tail = TailModel { seed: 1, t60_s: vec![single(t60_s); 2], coherence: vec![0.0; 2], by_phase: false };
             let decay = vec![10.0_f64.powf(-3.0 * grid.hop_s() / t60_s); grid.bins()];
             let late = Late::new(&grid, &grid, &tail, &decay, &vec![0.0; grid.bins()]);
             for line in late.diffusers.iter().chain(&late.lines) {
@@ -331,7 +331,7 @@ mod tests {
     #[test]
     fn a_lossless_network_keeps_its_energy_and_the_stated_level() {
         let grid = StftGrid { sample_rate_hz: 48_000.0, n_fft: 960, hop: 240 };
-        let tail = TailModel { seed: 1, t60_s: vec![1.0; 2], coherence: vec![0.0; 2] };
+        let tail = TailModel { seed: 1, t60_s: vec![1.0; 2], coherence: vec![0.0; 2], by_phase: false };
         let bins = grid.bins();
         let mut late = Late::new(&grid, &grid, &tail, &vec![1.0; bins], &vec![0.0; bins]);
         let blocks = blocks_for(bins);
@@ -365,7 +365,7 @@ mod tests {
     /// Both ears' frames of the answer to an impulse.
     fn heard(coherence: f32, decay: f64, left: Vec2) -> [Vec<Block>; 2] {
         let grid = StftGrid { sample_rate_hz: 48_000.0, n_fft: 960, hop: 240 };
-        let tail = TailModel { seed: 1, t60_s: vec![1.0; 2], coherence: vec![0.0; 2] };
+        let tail = TailModel { seed: 1, t60_s: vec![1.0; 2], coherence: vec![0.0; 2], by_phase: false };
         let bins = grid.bins();
         let mut late = Late::new(&grid, &grid, &tail, &vec![decay; bins], &vec![coherence; bins]);
         let mut input = vec![Block::default(); blocks_for(bins)];

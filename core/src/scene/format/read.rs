@@ -81,6 +81,7 @@ fn from_manifest(m: Manifest, tensors: &SafeTensors<'_>) -> Result<SceneParts, S
             seed: m.seed,
             t60_s: floats(tensors, "tail.t60_s", &[Some(band_count)])?,
             coherence: floats(tensors, "tail.coherence", &[Some(band_count)])?,
+            by_phase: m.noise_by_phase,
         },
         grid,
         bands,

@@ -81,6 +81,7 @@ fn manifest_of(parts: &SceneParts) -> Manifest {
         notes: parts.provenance.notes.clone(),
         grid: (&parts.grid).into(),
         seed: parts.tail.seed,
+        noise_by_phase: parts.tail.by_phase,
         taps: parts.taps,
         refresh: (parts.refresh != 1).then_some(parts.refresh),
         decodes: (parts.decodes != usize::MAX).then_some(parts.decodes),

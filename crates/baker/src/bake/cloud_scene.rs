@@ -41,7 +41,8 @@ pub fn cloud_scene(imported: Imported, options: CloudSceneOptions) -> Result<Sce
     let bands = Bands::for_rate(grid.sample_rate_hz);
     let taps = options.taps.min(sizes.frames.saturating_sub(1));
     // The late part of a cloud's time filter is silent: its taps are all that is known.
-    let tail = TailModel { seed: options.seed, t60_s: vec![0.1; bands.count()], coherence: vec![0.0; bands.count()] };
+    let tail =
+        TailModel { seed: options.seed, t60_s: vec![0.1; bands.count()], coherence: vec![0.0; bands.count()], by_phase: false };
     let mut provenance = options.provenance;
     provenance.notes.extend(notes);
     let top_hz = top_hz(&grid);

@@ -88,7 +88,7 @@ pub fn bake_geometry(
 ) -> Result<Scene, BakeError> {
     let head = scene_head(hrtf)?;
     let surfaces = surfaces(mesh, room, source, (hrtf, &head), options, done)?;
-    halved(&surfaces.scene(&head, options.seed, &Baked { hrtf, head: &head, turns: options.head_turns })?)
+    halved(&surfaces.scene(&head, options.seed, &Baked { hrtf, head: &head, turns: options.head_turns, by_phase: false })?)
 }
 
 /// The scene of a box room as its file has it: below the crossover of its responses, the sum over modes, on one layer.
@@ -128,7 +128,7 @@ pub fn bake_corrected(
     let notes = [about.notes, surfaces.provenance.notes].concat();
     let (credit, licence) = (joined(&about.credit, &hrtf.credit), joined(&about.licence, &hrtf.licence));
     surfaces.provenance = Provenance { notes, credit, licence, ..about };
-    halved(&surfaces.scene(&head, options.seed, &Baked { hrtf, head: &head, turns: options.head_turns })?)
+    halved(&surfaces.scene(&head, options.seed, &Baked { hrtf, head: &head, turns: options.head_turns, by_phase: true })?)
 }
 
 /// What the room gives of itself to a head.
@@ -242,6 +242,8 @@ struct Baked<'a> {
     head: &'a SceneHead,
     /// Of the head.
     turns: usize,
+    /// See [`TailModel::by_phase`].
+    by_phase: bool,
 }
 
 impl LatePart for Baked<'_> {
@@ -253,6 +255,7 @@ impl LatePart for Baked<'_> {
         start: usize,
     ) -> Result<HopEnergies, BakeError> {
         let (grid, bands, top_hz) = (self.head.grid(), self.head.bands(), self.head.top_hz());
+        tail.by_phase = self.by_phase;
         tail.seed = truest_seed(tail.seed, &Late { grid, bands, tail, shape, top_hz }, &late[start].energies)?;
         let [left, _] = Late { grid, bands, tail, shape, top_hz }.unit(late[0].energies.len())?;
         Ok(left)

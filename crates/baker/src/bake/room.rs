@@ -225,7 +225,7 @@ impl Room {
         let ringing = |b: usize| above_noise[b].min((f64::from(t60[b]) / grid.hop_s()).ceil() as usize);
         let low_hops = (0..low_bands).map(ringing).max().unwrap_or(0);
         let low_hops = low_hops.clamp(taps + 1, (taps + 1).max((LONGEST_LOW_S / grid.hop_s()) as usize));
-        let tail = TailModel { seed, t60_s: t60, coherence };
+        let tail = TailModel { seed, t60_s: t60, coherence, by_phase: false };
         let top_hz = (TRUSTED_SHARE * grid.sample_rate_hz / 2.0) as f32;
         let mut room = Self { bands, tail, shape, top_hz, low_hops, late_unit: Default::default(), notes };
         let late = Late { grid, bands: &room.bands, tail: &room.tail, shape, top_hz };

@@ -87,7 +87,8 @@ mod tests {
         let bands = Bands::for_rate(16_000.0);
         let shape = TransferShape { bins: grid.bins(), bands: bands.count(), taps: 20 };
         let t60_s = 0.5;
-        let tail = TailModel { seed: 0, t60_s: vec![t60_s; bands.count()], coherence: vec![0.0; bands.count()] };
+        let tail =
+            TailModel { seed: 0, t60_s: vec![t60_s; bands.count()], coherence: vec![0.0; bands.count()], by_phase: false };
         let late = Late { grid: &grid, bands: &bands, tail: &tail, shape, top_hz: 8_000.0 };
         let energy = |hop: usize| 1e6_f64.powf(-(hop as f64) * grid.hop_s() / f64::from(t60_s));
         let energies: Vec<Vec<f64>> = (0..70).map(|hop| vec![energy(hop); bands.count()]).collect();

@@ -123,7 +123,7 @@ fn make(room: &Room, protocol: &Protocol, tool: &Tool, folder: &Path) -> Result<
     let sounds = ["speech.wav", "phrase.flac"].map(|name| root().join("data").join(name).display().to_string());
     for (mesh, materials, out) in [("true.obj", room.materials, "clean"), ("scan.obj", DEFAULT_MATERIALS, "simulated")] {
         let mut arguments = words(&format!(
-            "simulate {mesh} --emitter {}{further} --path walk.csv --poses {} --rate {} --waves 0 --rays 16384 --seed {SEED} \
+            "simulate {mesh} --emitter {}{further} --path walk.csv --poses {} --rate {} --rays 16384 --seed {SEED} \
              --test-share 0 -o {out} --title {} --materials {materials}",
             emitters[0], protocol.places, protocol.rate, room.name
         ));
