@@ -3,6 +3,7 @@
 
     conditions.py PROMENADE HEAD.sofa [--t60 0.3,0.9,2] [--step 10] [--only WORDS] [--head OTHER.sofa]
     conditions.py PROMENADE HEAD.sofa --turning 30,90,360 [--scene SCENE]
+    conditions.py PROMENADE --within JND --scene SCENE
     conditions.py PROMENADE --measured MANIFEST --root FOLDER [--steps 10,45,one] [--opinion PROGRAM SOUND...]
 
 PROMENADE is the program, HEAD.sofa a head of the convention SimpleFreeFieldHRIR. `simulate box` makes a ring of responses at ear height, one
@@ -31,6 +32,9 @@ Then a walk of 1 m/s from one place to the other: noise by octave in frames of 1
 
 With --turning, what is heard of steady tones while the head turns, degrees a second: the envelope's modulation from 20 to 40 Hz over its mean, dB, of the
 worse ear, of a ring at 48 kHz or of a given scene / of the same scene followed at once, taken from its responses at the poses on the way.
+
+With --within, a scene is its own truth at the poses of all conditions about its start pose: what of it stays within that many just noticeable
+differences by its front is compared with all of it, mean over poses, over one JND.
 
 With --measured, responses of a room (as in presets/recipes), of which one every --steps degrees is baked, or all but one, each in its turn: the others are
 the truth, and the same columns are printed, then by how much energies from 2 to 5 ms after the arrival are off, 500 Hz to 2 kHz and 2 to 6 kHz (mean, dB). With --opinion what ViSQOL
@@ -468,6 +472,23 @@ def left_out(a, folder):
             print(f"predicted opinion of {Path(sound).stem}: {said[0]:.3f} / {said[1]:.3f}", flush=True)
 
 
+def lessened(a, folder):
+    """Errors of what a scene plays within some just noticeable differences against all of it, over one JND, by condition and measure."""
+    global SOURCE, PLACE
+    about = json.loads(subprocess.run([a.promenade, "inspect", a.scene, "--json"], check=True, capture_output=True).stdout)
+    SOURCE, PLACE = np.array(about["emitter_m"]), np.array(about["start_pose"]["position_m"])
+    keys, worst, rate = [key for key in JNDS if key != "early"], {}, 48000
+    print(f"\n| {Path(a.scene).stem}, JND |" + "|".join(f" {key} " for key in keys) + "|\n|---|" + "---|" * len(keys))
+    for name, poses in conditions(a.step).items():
+        if name.startswith("every") or a.only not in name:
+            continue
+        whole, less = [[figures(h, rate) for h in heard_of(a.promenade, a.scene, name, poses, rate, rate, folder, more)[0]] for more in ([], ["--within", a.within])]
+        row = {key: abs(np.mean([errors(f, w, key) for f, w in zip(less, whole)])) / JNDS[key] for key in keys}
+        worst = {key: max(worst.get(key, 0), value) for key, value in row.items()}
+        print(f"| {name} |" + "|".join(f" {value:.2f} " for value in row.values()) + "|", flush=True)
+    print("| largest |" + "|".join(f" {value:.2f} " for value in worst.values()) + "|")
+
+
 def print_table(title, rows, over):
     print(f"\n| {title} |" + "|".join(f" {key} " for key in JNDS) + "|\n|---|" + "---|" * len(JNDS))
     for name, row in rows.items():
@@ -489,6 +510,7 @@ def main():
     p.add_argument("--head", help="heard with this head, which makes the truth too")
     p.add_argument("--turning", help="speeds, degrees a second")
     p.add_argument("--scene", help="one measured around the origin, instead of a made ring")
+    p.add_argument("--within", help="just noticeable differences")
     p.add_argument("--measured", help="manifest of a room's responses")
     p.add_argument("--root", help="folder of its files")
     p.add_argument("--steps", default="10,45")
@@ -498,6 +520,8 @@ def main():
         folder = Path(folder)
         if a.turning:
             return tones(a, folder)
+        if a.within:
+            return lessened(a, folder)
         if a.measured:
             return left_out(a, folder)
         over = []

@@ -107,6 +107,19 @@ fn a_full_fit_writes_its_room() {
     let beside = fs::read_to_string(text("room.materials.json")).unwrap();
     assert!(beside.contains("\"ceiling\""), "{beside}");
     assert_eq!(beside.matches('@').count(), 6 * 2 * 16, "absorption and scattering of each wall in 16 bands: {beside}");
+
+    // A scene of it, whole and within an error.
+    crate::simulate::head(&folder.path().join("head"));
+    let (head, whole, less) = (text("head"), text("whole.promenade"), text("less.promenade"));
+    let fit = |out: &str, more: &[&str]| {
+        succeeds(&[&["fit", "4.6,3.7,2.6", &set, "-o", out, "--head", &head, "--rate", "8000"], &HELD[..], more].concat()).1
+    };
+    fit(&whole, &[]);
+    let said = fit(&less, &["--within", "2"]);
+    let [whole, less] = [whole, less].map(|file| promenade_core::Scene::from_bytes(&fs::read(file).unwrap()).unwrap());
+    let share = 100.0 * less.operations(48_000.0) / whole.operations(48_000.0);
+    assert!(said.contains("within 2 JND: ") && said.contains(&format!("{share:.0} % of the operations")), "{share}: {said}");
+    assert!(share < 95.0 && less.provenance().recipe.ends_with(" --within 2"), "{share}: {}", less.provenance().recipe);
 }
 
 #[test]

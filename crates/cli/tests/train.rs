@@ -177,6 +177,11 @@ fn a_scene_of_two_emitters_is_heard_from_anywhere_and_one_of_one_is_not() {
     assert_eq!((scene.emitter(), scene.anchors().len()), (Some(Vec3::new(0.5, 2.5, 1.0)), 13));
     let one = train(folder.path(), &["--steps", "4"]);
     assert!(one.status.success(), "{}", said(&one));
+    // What was trained within an error goes on to no more than that.
+    let less = train(folder.path(), &["--steps", "4", "--within", "2"]);
+    assert!(less.status.success() && said(&less).contains("within 2 JND: "), "{}", said(&less));
+    let less = Scene::from_bytes(&std::fs::read(folder.path().join("scene.promenade")).unwrap()).unwrap();
+    assert!(less.provenance().recipe.ends_with(" --within 2") && less.cloud().is_some(), "{}", less.provenance().recipe);
     let dry = vec![0.3; 8000];
     wav::write(&folder.path().join("in.wav"), 8000, &[&dry], wav::Format::Float32).unwrap();
     let place = ["in.wav", "out.wav", "--emitter", "1.2,1,1.5"];
@@ -261,6 +266,10 @@ fn a_walk_and_a_coarse_room_become_a_scene_and_go_on_where_they_were_stopped() {
     let said = done(&all);
     assert!(said.contains("goes on from step 2") && kept() == before, "{said}");
     assert_eq!(Scene::from_bytes(&std::fs::read(at("walk.promenade")).unwrap()).unwrap(), scene);
+    let said = done(&[&all[..], &["--within", "2"]].concat());
+    let less = Scene::from_bytes(&std::fs::read(at("walk.promenade")).unwrap()).unwrap();
+    let share = format!("{:.0} % of the operations", 100.0 * less.operations(48_000.0) / scene.operations(48_000.0));
+    assert!(said.contains("within 2 JND: ") && said.contains(&share), "{share}: {said}");
     // The same recordings refine the room, and a damaged simulation is named.
     let refine = [&["refine", "walk", "-o", "refined.promenade", "--emitter", "5,1,1.6", "--steps", "3"], &coarse[..]].concat();
     assert!(done(&refine).contains("clips stand out"));
