@@ -182,7 +182,7 @@ pub(crate) fn run(args: &RefineArgs) -> Result<()> {
     let (credit, licence) = (measured.credit.clone(), measured.licence.clone());
     let about = Provenance { title, credit, licence, recipe, notes: Vec::new() };
     let _bar = report::Bar::new("baking", 1.0);
-    let made = places.scene(sources.len() - 1, about, (args.seed, false), |pose, ears| {
+    let made = places.scene((sources.len() - 1, &[]), about, (args.seed, false), |pose, ears| {
         let simulated = measured.simulated(emitter, &[*pose], vec![ears.clone()]);
         let refined = refiner.refined(&simulated)?;
         refined.try_into().map_err(|found: Vec<_>| anyhow!("expected both ears, found {} channels", found.len()))

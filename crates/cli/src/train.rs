@@ -92,7 +92,8 @@ impl<'a> Prepared<'a> {
                 let number = self.emitter.unwrap_or(0);
                 let at = self.capture.emitters[number].position;
                 let seed = trainer.settings().seed;
-                places.scene(number, provenance, (seed, true), |pose, ears| {
+                let listeners: Vec<_> = self.capture.clips.iter().map(|clip| clip.pose.position).collect();
+                places.scene((number, &listeners), provenance, (seed, true), |pose, ears| {
                     trainer
                         .refined(pose, at, ears)
                         .context("--simulate: expected settings that correct a simulation, found others")

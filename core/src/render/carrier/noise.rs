@@ -309,7 +309,7 @@ mod tests {
             (f32::sqrt(square_db / count), common / energy)
         };
         let ([apart_db, apart], [alike_db, alike]) = (<[f32; 2]>::from(of(false)), <[f32; 2]>::from(of(true)));
-        assert!(apart_db > 6.0 && alike_db < 0.4 * apart_db, "{apart_db} and {alike_db} dB");
+        assert!(apart_db > 6.0 && alike_db < 0.65 * apart_db, "{apart_db} and {alike_db} dB");
         assert!((apart - 0.3).abs() < 0.1 && (alike - 0.3).abs() < 0.1, "{apart} and {alike}");
     }
 }

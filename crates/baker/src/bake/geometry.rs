@@ -186,13 +186,15 @@ fn surfaces(
     })
 }
 
-/// The bass by waves, on a table of its own at the height of the ears.
+/// The bass by waves, on a table of its own at the height of the ears or at several.
 fn bass(mesh: &Mesh, room: &Room, source: &Source, options: &GeometryOptions) -> Result<Option<RoomBass>, BakeError> {
     let Some(bass) = Bass::of(mesh, room, source, options.waves_hz)? else { return Ok(None) };
     let [low, high] = mesh.bounds().map(|corner| Vec3::from_array(corner.map(|c| c as f32)));
     let margin = BASS_OFF_WALLS_M.min(options.margin_m);
     let axis = |a: usize| bass_axis(low[a] + margin, high[a] - margin, bass.crossover_hz, false);
-    let axes = [axis(0), axis(1), Axis::single(low.z + options.height_m)];
+    let heights = || bass_axis(low.z + margin, high.z - margin, bass.crossover_hz, true);
+    let height = if options.layered { heights() } else { Axis::single(low.z + options.height_m) };
+    let axes = [axis(0), axis(1), height];
     let emitter = Vec3::from_array(source.position.map(|c| c as f32));
     let inside = Inside::new(mesh, room, emitter, 0.5 * margin)?;
     let at = bass_places(&axes);

@@ -62,6 +62,7 @@ fn made(args: &FitArgs, hrtf: &Hrtf, fit: &FullFit, set: &Measurements, beside: 
         rays: RAYS,
         spacing_m: scene_spacing_m(&mesh),
         height_m: HEIGHT_M,
+        layered: false,
         margin_m: MARGIN_M,
         air: Some(set.air),
         waves_hz: None,

@@ -21,12 +21,15 @@ use std::path::{Path, PathBuf};
 
 /// Beams that search the image sources, as `simulate` has them.
 const BEAMS: usize = 8192;
-/// Distance of a scene's places from surfaces, and their height over the floor, metres, as `simulate` has them.
+/// Distance of a scene's places from surfaces, metres, as `simulate` has it.
 const MARGIN_M: f32 = 0.3;
+/// Listeners whose heights differ by more, metres, hear the bass at several.
+const LAYERED_M: f32 = 0.3;
 /// Turns of the head at each place where a scene is corrected.
 const TURNS: usize = 4;
 /// Turns of the head that a scene stores what comes from one side for, as `simulate` has them.
 const HEAD_TURNS: usize = 6;
+/// Their height over the floor where nobody has listened, metres.
 const HEIGHT_M: f32 = 1.5;
 /// Places of the listener at most whose decays are matched.
 const DECAY_PLACES: usize = 12;
@@ -182,18 +185,23 @@ impl Places {
         Ok(left.chunks_exact(length).zip(right.chunks_exact(length)).map(|(l, r)| [l.to_vec(), r.to_vec()]).collect())
     }
 
-    /// The scene of an emitter, by its number, whose responses at places all over the room are changed by `refined`; with their
-    /// level, or with that of the simulated room.
+    /// The scene of an emitter, by its number, whose responses at places all over the room, at the height of listeners, are
+    /// changed by `refined`; with their level, or with that of the simulated room.
     pub(crate) fn scene(
         &self,
-        emitter: usize,
+        (emitter, listeners): (usize, &[Vec3]),
         about: Provenance,
         (seed, is_levelled): (u64, bool),
         mut refined: impl FnMut(&Pose, &[Vec<f32>; 2]) -> Result<[Vec<f32>; 2]>,
     ) -> Result<Scene> {
         let at = Vec3::from(self.sources[emitter].position.map(|x| x as f32));
         let inside = Inside::new(&self.mesh, &self.room, at, MARGIN_M)?;
-        let poses = turned(&grid(&inside, scene_spacing_m(&self.mesh), HEIGHT_M)?, TURNS);
+        let [low, high] = self.mesh.bounds().map(|at| at[2] as f32);
+        let mut heights: Vec<f32> = listeners.iter().map(|at| at.z - low).collect();
+        heights.sort_by(f32::total_cmp);
+        let middle = heights.get(heights.len() / 2).copied().unwrap_or(HEIGHT_M);
+        let height_m = middle.clamp(MARGIN_M, (high - low - MARGIN_M).max(MARGIN_M));
+        let poses = turned(&grid(&inside, scene_spacing_m(&self.mesh), height_m)?, TURNS);
         let mut response = |(pose, simulated): (&Pose, [Vec<f32>; 2])| {
             Ok(CorrectedResponse { at: pose.position, corrected: refined(pose, &simulated)?, simulated })
         };
@@ -206,7 +214,8 @@ impl Places {
             beams: self.options.beams,
             rays: self.options.rays,
             spacing_m: scene_spacing_m(&self.mesh),
-            height_m: HEIGHT_M,
+            height_m,
+            layered: heights.first().zip(heights.last()).is_some_and(|(first, last)| last - first > LAYERED_M),
             margin_m: MARGIN_M,
             air: self.options.air,
             waves_hz: None,

@@ -40,6 +40,7 @@ pub(super) fn write(
         rays: args.rays.unwrap_or(RAYS) as usize,
         spacing_m,
         height_m: args.height,
+        layered: false,
         margin_m: args.margin,
         air: Some(air.air()),
         waves_hz: run.waves,

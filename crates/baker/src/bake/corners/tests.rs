@@ -20,6 +20,7 @@ fn options() -> GeometryOptions {
         rays: 500,
         spacing_m: 1.0,
         height_m: HEIGHT_M,
+        layered: false,
         margin_m: 0.3,
         air: None,
         waves_hz: Some(0.0),

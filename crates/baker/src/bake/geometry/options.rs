@@ -20,6 +20,8 @@ pub struct GeometryOptions {
     pub spacing_m: f32,
     /// Height of the listener's head over the lowest point of the room, metres.
     pub height_m: f32,
+    /// Whether the bass of waves has places at several heights, for a listener who sits and stands.
+    pub layered: bool,
     /// Distance of places from surfaces, metres.
     pub margin_m: f32,
     /// What the air takes; nothing without it.

@@ -39,6 +39,7 @@ fn options(images: usize, rays: usize) -> GeometryOptions {
         rays,
         spacing_m: 1.2,
         height_m: 1.5,
+        layered: false,
         margin_m: 0.4,
         air: None,
         waves_hz: Some(0.0),
@@ -499,6 +500,14 @@ fn a_corrected_room_has_what_its_responses_have() {
     assert_eq!(bass(Some(0.0), true), None);
     let [plain, levelled] = [false, true].map(|is_levelled| bass(Some(80.0), is_levelled).unwrap());
     assert!((levelled / plain - 2.0).abs() < 0.05, "{levelled} for {plain}");
+    // Its noise differs between the ears in phase, and its bass is that of several heights where that is asked for.
+    for layered in [false, true] {
+        let options = GeometryOptions { waves_hz: Some(80.0), layered, ..options.clone() };
+        let about = Provenance::default();
+        let scene = bake_corrected((&mesh, &room, &source), &hrtf, &options, (&responses, true), about).unwrap();
+        let heights = scene.bass().unwrap().places[2].count();
+        assert!(scene.tail().by_phase && (heights > 1) == layered, "{heights} heights");
+    }
     let error =
         bake_corrected((&mesh, &room, &source), &hrtf, &options, (&[], false), Provenance::default()).unwrap_err().to_string();
     assert!(error.contains("one or more"), "{error}");

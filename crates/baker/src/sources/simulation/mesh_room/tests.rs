@@ -260,6 +260,7 @@ fn rooms_of_any_materials_make_numbers() {
                 rays: 200,
                 spacing_m: 0.9,
                 height_m: 1.5,
+                layered: false,
                 margin_m: 0.3,
                 air: Some(Air::default()),
                 waves_hz,
