@@ -16,6 +16,8 @@ const POSES: usize = 6;
 const OF_STEPS: f64 = 0.9;
 const SEED: u64 = 1;
 const OTHER_WAYS: usize = 3;
+/// The seed of other poses and ways by which reports judge.
+pub const OTHER_SEED: u64 = 2;
 /// Poses and ways at which what was chosen is checked, their seed, and how often it is chosen anew.
 const CHECKED_POSES: usize = 32;
 const CHECKED_WAYS: usize = 5;
@@ -69,12 +71,13 @@ pub fn front(scene: &Arc<Scene>, limits: &[f32], wanted: &(dyn Fn() -> bool + Sy
     Ok(search.points())
 }
 
-/// How far settings are off at so many other poses and on three other ways than a front is made for.
+/// How far settings are off at so many other poses and on three other ways than a front is made for, of a seed above 3 or of
+/// [`OTHER_SEED`].
 ///
 /// # Errors
 /// What is heard cannot be compared.
-pub fn elsewhere(scene: &Arc<Scene>, settings: &[Setting], poses: usize) -> Result<Vec<Vec<Audible>>, JudgeError> {
-    let course = Course::new(scene, poses, OTHER_WAYS, SEED + 1);
+pub fn elsewhere(scene: &Arc<Scene>, settings: &[Setting], poses: usize, seed: u64) -> Result<Vec<Vec<Audible>>, JudgeError> {
+    let course = Course::new(scene, poses, OTHER_WAYS, seed);
     let full = Heard::of(scene, &course, &|| true)?;
     let one = |setting: &Setting| {
         let Some(scene) = scene.with_setting(*setting).map(Arc::new) else { return Ok(Vec::new()) };

@@ -6,7 +6,7 @@ use crate::report;
 use crate::scene::words;
 use anyhow::{Context, Result};
 use promenade_baker::cost::real_times;
-use promenade_baker::trade::{STANDARD_JNDS, elsewhere, errors_to_measurements, front, largest};
+use promenade_baker::trade::{OTHER_SEED, STANDARD_JNDS, elsewhere, errors_to_measurements, front, largest};
 use promenade_core::{Audible, FrontPoint, Scene, Setting};
 use serde_json::{Value, json};
 use std::path::Path;
@@ -35,7 +35,8 @@ fn rows(of: &Arc<Scene>, points: &[FrontPoint], args: &MeasureArgs) -> Result<Ve
     let scenes: Vec<Arc<Scene>> = points.iter().filter_map(|p| of.with_setting(p.setting).map(Arc::new)).collect();
     let times = real_times(&scenes, HOST_RATE_HZ, HOST_BLOCK);
     let settings: Vec<Setting> = points.iter().map(|p| p.setting).collect();
-    let elsewhere = args.poses.map(|count| elsewhere(of, &settings, count as usize)).transpose()?.unwrap_or_default();
+    let elsewhere =
+        args.poses.map(|count| elsewhere(of, &settings, count as usize, OTHER_SEED)).transpose()?.unwrap_or_default();
     let some = |errors: &[Audible]| (!errors.is_empty()).then(|| largest(errors));
     let all = points.iter().zip(&scenes).zip(times).enumerate();
     let rows = all.map(|(n, ((point, scene), real_time))| {
