@@ -44,7 +44,7 @@ fn the_crates_depend_on_each_other_as_they_are_drawn() {
         ("promenade-acoustics", &["audio", "core", "fault", "fourier", "metrics"]),
         ("promenade-room", &["acoustics", "core", "fault", "fourier", "metrics"]),
         ("promenade-fourier", &[]),
-        ("promenade-audio", &["fault"]),
+        ("promenade-audio", &["fault", "fourier"]),
         ("promenade-study", &["audio", "core", "fault", "fourier", "judge", "metrics", "paths", "player", "sofa", "web"]),
         ("promenade-player", &["audio", "core", "fault", "fourier", "judge", "metrics", "paths", "sofa"]),
         ("promenade-metrics", &["fourier"]),
