@@ -2,7 +2,9 @@
 
 use assert_no_alloc::assert_no_alloc;
 use promenade_core::glam::Vec3;
-use promenade_core::{BlockParams, Carriers, Emitters, FrontPoint, Pose, Renderer, RendererConfig, Scene, Setting, Spatializer};
+use promenade_core::{
+    BlockParams, Carriers, Emitters, FrontPoint, Pose, Renderer, RendererConfig, Scene, Setting, Spatializer,
+};
 use promenade_testing::hostile::is_output;
 use promenade_testing::noise;
 use std::f64::consts::TAU;
