@@ -2,7 +2,7 @@
 
 use promenade_core::KeyframeEntry;
 use promenade_tests::{Host, Setup, in_both_formats};
-use serde_json::Value;
+use serde_json::{Value, json};
 use std::path::Path;
 
 in_both_formats!(version_1_is_read_and_written_anew);
@@ -26,7 +26,9 @@ fn version_1_is_read_and_written_anew<H: Host>() {
     }
     let added = now["params"].as_object().unwrap().iter().filter(|(id, _)| was["params"].get(id).is_none());
     for (id, value) in added {
-        assert_eq!(value, &fresh["params"][id], "{id} is not at its default");
+        // It was saved with the draft, which played the direct sound.
+        let expected = if ["early", "late"].contains(&id.as_str()) { &json!({ "f32": -60.0 }) } else { &fresh["params"][id] };
+        assert_eq!(value, expected, "{id}");
     }
     let field = |state: &Value, name: &str| -> Value { serde_json::from_str(state["fields"][name].as_str().unwrap()).unwrap() };
     assert_eq!(field(&was, "version"), 1);

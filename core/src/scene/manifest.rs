@@ -27,7 +27,7 @@ pub(super) struct Manifest {
     pub(super) notes: Vec<String>,
     pub(super) grid: ManifestGrid,
     pub(super) seed: u64,
-    /// Whether the ears' noise differs in phase alone.
+    /// Whether the ears' noise differs nearly in phase alone.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub(super) noise_by_phase: bool,
     pub(super) taps: usize,

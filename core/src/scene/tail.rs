@@ -9,7 +9,8 @@ pub struct TailModel {
     pub t60_s: Vec<f32>,
     /// Interaural coherence of the room's sound per band, real, in [-1, 1].
     pub coherence: Vec<f32>,
-    /// Whether what the taps' noise has at one ear and not at the other is phase alone: no draw of it is louder at one ear.
+    /// Whether the taps' noise differs between the ears nearly in phase alone: no draw of it is louder at one ear, per bin within a
+    /// few decibels.
     pub by_phase: bool,
 }
 

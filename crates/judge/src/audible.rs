@@ -3,7 +3,9 @@
 use crate::error::JudgeError;
 use crate::measures::{Unmeasurable, response_measures, response_s};
 use crate::poses::{Course, noise};
-use promenade_core::{Audible, LiveParams, Measure, Pose, Renderer, RendererConfig, ResponseMeasures, Scene, StftGrid, Voice};
+use promenade_core::{
+    Audible, Carriers, LiveParams, Measure, Pose, Renderer, RendererConfig, ResponseMeasures, Scene, StftGrid, Voice,
+};
 use promenade_fourier::num_complex::Complex64;
 use promenade_fourier::spectrum;
 use promenade_metrics::statistics::quantile;
@@ -58,6 +60,7 @@ pub struct Heard {
 }
 
 /// What is heard on some ways.
+#[derive(Default)]
 pub(crate) struct Moving {
     /// Levels of critical bands at both ears and the level difference between them, dB, by moment of the ways.
     moments: Vec<(Vec<f64>, f64)>,
@@ -82,9 +85,22 @@ impl Heard {
     ///
     /// # Errors
     /// It cannot be rendered, its responses cannot be measured, or they are no longer asked for.
-    pub fn of(scene: &Arc<Scene>, course: &Course, wanted: &dyn Fn() -> bool) -> Result<Self, JudgeError> {
-        let mut player = Player::new(scene)?;
-        Ok(Self { standing: player.standing(course, wanted)?, moving: player.moving(course, wanted)? })
+    pub fn of(scene: &Arc<Scene>, course: &Course, wanted: &(dyn Fn() -> bool + Sync)) -> Result<Self, JudgeError> {
+        let rate = scene.grid().sample_rate_hz;
+        scene.playable_at(rate)?;
+        let carriers = Arc::new(Carriers::new(scene, rate));
+        let part = |course: &Course| -> Result<Self, JudgeError> {
+            let mut player = Player::on(scene, Some(Arc::clone(&carriers)))?;
+            Ok(Self { standing: player.standing(course, wanted)?, moving: player.moving(course, wanted)? })
+        };
+        let mut all = Self { standing: Vec::new(), moving: Moving::default() };
+        for part in each(&course.parts(), part) {
+            let Self { standing, moving } = part?;
+            all.standing.extend(standing);
+            all.moving.moments.extend(moving.moments);
+            all.moving.modulation.extend(moving.modulation);
+        }
+        Ok(all)
     }
 
     /// How far it is from another of the same course: each measure's error over what is just noticed, at nine of ten poses.
@@ -140,6 +156,17 @@ pub fn largest(errors: &[Audible]) -> Audible {
     errors.iter().copied().max_by(|a, b| a.jnds.total_cmp(&b.jnds)).unwrap_or(Audible { jnds: 0.0, measure: Measure::Levels })
 }
 
+/// What a closure makes of each of some items, on all processors where that is built.
+pub(crate) fn each<I: Sync, T: Send>(items: &[I], one: impl Fn(&I) -> T + Sync + Send) -> Vec<T> {
+    #[cfg(feature = "rayon")]
+    return rayon::prelude::ParallelIterator::collect(rayon::prelude::ParallelIterator::map(
+        rayon::prelude::IntoParallelRefIterator::par_iter(items),
+        one,
+    ));
+    #[cfg(not(feature = "rayon"))]
+    return items.iter().map(one).collect();
+}
+
 /// Samples that are rendered at a time.
 const BLOCK: usize = 4096;
 
@@ -153,7 +180,12 @@ pub(crate) struct Player {
 
 impl Player {
     pub(crate) fn new(scene: &Arc<Scene>) -> Result<Self, JudgeError> {
-        let config = RendererConfig::inline(scene, scene.grid().sample_rate_hz, 1);
+        Self::on(scene, None)
+    }
+
+    /// On carriers of the scene at its own rate, where there are some.
+    fn on(scene: &Arc<Scene>, carriers: Option<Arc<Carriers>>) -> Result<Self, JudgeError> {
+        let config = RendererConfig { carriers, ..RendererConfig::inline(scene, scene.grid().sample_rate_hz, 1) };
         Ok(Self { renderer: Renderer::new(Arc::clone(scene), config)? })
     }
 
@@ -174,10 +206,13 @@ impl Player {
     pub(crate) fn moving(&mut self, course: &Course, wanted: &dyn Fn() -> bool) -> Result<Moving, JudgeError> {
         let (rate, bands) = self.bands();
         let length = |seconds: f64| (seconds * rate) as usize;
+        let mut moving = Moving::default();
+        if course.ways.is_empty() {
+            return Ok(moving);
+        }
         let tones: Vec<f64> = TONES.iter().map(|n| ENVELOPE_HZ * f64::from(*n)).filter(|hz| *hz < 0.45 * rate).collect();
         let held: Vec<f32> = (0..length(TURN_S)).map(|i| tone_sum(&tones, i as f64 / rate)).collect();
         let (walked, settled) = (noise(length(WAY_S)), length(SETTLED_S));
-        let mut moving = Moving { moments: Vec::new(), modulation: Vec::new() };
         for way in &course.ways {
             let ears = self.render(&walked, |seconds| way.walked(seconds), wanted)?;
             let [left, right] = ears.each_ref().map(|ear| ear[settled..].chunks_exact(length(WINDOW_S)));

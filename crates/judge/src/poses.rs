@@ -39,6 +39,8 @@ pub struct Way {
     turn: f32,
 }
 
+/// Poses whose responses take about as long to play as a way.
+const POSES_A_WAY: usize = 4;
 /// Turn of the head while tones are held, radians a second.
 const SLOW_TURN: f32 = PI / 6.0;
 
@@ -59,6 +61,13 @@ impl Course {
         };
         let ways = poses.iter().skip(usize::from(seed > 1)).take(ways).enumerate().map(&mut way).collect();
         Self { poses, ways }
+    }
+
+    /// Its parts in order, each of which takes about as long to play as a way.
+    pub(crate) fn parts(&self) -> Vec<Self> {
+        let standing = self.poses.chunks(POSES_A_WAY).map(|poses| Self { poses: poses.to_vec(), ways: Vec::new() });
+        let moving = self.ways.iter().map(|way| Self { poses: Vec::new(), ways: vec![way.clone()] });
+        standing.chain(moving).collect()
     }
 }
 

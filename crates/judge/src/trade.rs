@@ -1,6 +1,6 @@
 //! Accuracy against processor time: what less of a scene costs, and how far it is off.
 
-use crate::audible::{Heard, Player};
+use crate::audible::{Heard, Player, each};
 use crate::error::JudgeError;
 use crate::poses::Course;
 use promenade_core::{Audible, FrontPoint, Measure, Scene, Setting};
@@ -55,7 +55,6 @@ const LEAST_JNDS: f32 = 0.01;
 pub fn front(scene: &Arc<Scene>, limits: &[f32], wanted: &(dyn Fn() -> bool + Sync)) -> Result<Vec<FrontPoint>, JudgeError> {
     let mut search = Search::new(scene, wanted)?;
     let path = search.path()?;
-    search.check(&[search.all()])?;
     let mut open: Vec<(f32, f32)> = limits.iter().map(|limit| (*limit, *limit)).collect();
     for _ in 0..TRIES {
         let chosen: Vec<Setting> = open.iter().map(|(_, asked)| search.along(&path, *asked)).collect::<Result<_, _>>()?;
@@ -84,17 +83,6 @@ pub fn elsewhere(scene: &Arc<Scene>, settings: &[Setting], poses: usize, seed: u
         Ok(Heard::of(&scene, &course, &|| true)?.errors(&full))
     };
     each(settings, one).into_iter().collect()
-}
-
-/// What a closure makes of each of some items, on all processors where that is built.
-fn each<I: Sync, T: Send>(items: &[I], one: impl Fn(&I) -> T + Sync + Send) -> Vec<T> {
-    #[cfg(feature = "rayon")]
-    return rayon::prelude::ParallelIterator::collect(rayon::prelude::ParallelIterator::map(
-        rayon::prelude::IntoParallelRefIterator::par_iter(items),
-        one,
-    ));
-    #[cfg(not(feature = "rayon"))]
-    return items.iter().map(one).collect();
 }
 
 /// The cheapest scene within an error of all of one, by the front that it carries or else by [`front`].
@@ -138,8 +126,10 @@ type Steps = Vec<usize>;
 impl<'a> Search<'a> {
     fn new(scene: &Arc<Scene>, wanted: &'a (dyn Fn() -> bool + Sync)) -> Result<Self, JudgeError> {
         let courses = [Course::new(scene, POSES, 1, SEED), Course::new(scene, CHECKED_POSES, CHECKED_WAYS, CHECKED_SEED)];
-        let full = each(&courses, |course| Heard::of(scene, course, wanted)).into_iter().collect::<Result<_, _>>()?;
+        let full: Vec<Heard> =
+            each(&courses, |course| Heard::of(scene, course, wanted)).into_iter().collect::<Result<_, _>>()?;
         let all = Setting::ALL.of(scene);
+        let as_it_is = largest(&full[1].errors_at(&full[1], OF_CHECKED));
         let orders = (0..=all.order).filter_map(|order| scene.with_setting(Setting { order, ..all }).map(Arc::new)).collect();
         let shares = |count: usize| SHARES.map(|share| ((share * count as f64).round() as usize).max(1));
         let taps = shares(all.taps).map(|taps| Setting { taps, ..all });
@@ -168,7 +158,7 @@ impl<'a> Search<'a> {
             levers,
             measured: HashMap::new(),
             standing: HashMap::new(),
-            checked: Vec::new(),
+            checked: vec![(all, as_it_is)],
             wanted,
         })
     }

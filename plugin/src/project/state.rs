@@ -67,6 +67,13 @@ pub fn migrate(state: &mut PluginState) {
         let slots = serialize_field(&SavedSlots { scenes, walks });
         state.fields.insert("slots".to_owned(), slots.unwrap_or_else(|_| "{}".to_owned()));
     }
+    // The draft of before played no more than the direct sound and, in simulated rooms, eight reflections.
+    let tier = state.params.remove("tier");
+    if matches!(tier, Some(ParamValue::String(tier)) if tier == "draft") {
+        for level in [Parameter::Early, Parameter::Late] {
+            state.params.insert(level.id().to_owned(), saved_value(level, level.limits().0));
+        }
+    }
     // What was heard when the project was saved; without this field nothing would forget what has come since.
     let remote = state.fields.insert("remote".to_owned(), "{}".to_owned());
     let remote = remote.and_then(|json| deserialize_field::<BTreeMap<String, f32>>(&json).ok()).unwrap_or_default();

@@ -15,6 +15,7 @@ use promenade_core::glam::Vec3;
 use promenade_core::network::Placement;
 use promenade_core::{Pose, Provenance, Scene};
 use promenade_fit::MaterialsBeside;
+use promenade_metrics::statistics::median_high;
 use promenade_room::{Matched, PLAYED_IMAGES, Some7, match_room_t20};
 use std::hash::{DefaultHasher, Hash, Hasher};
 use std::path::{Path, PathBuf};
@@ -197,10 +198,10 @@ impl Places {
         let at = Vec3::from(self.sources[emitter].position.map(|x| x as f32));
         let inside = Inside::new(&self.mesh, &self.room, at, MARGIN_M)?;
         let [low, high] = self.mesh.bounds().map(|at| at[2] as f32);
-        let mut heights: Vec<f32> = listeners.iter().map(|at| at.z - low).collect();
-        heights.sort_by(f32::total_cmp);
-        let middle = heights.get(heights.len() / 2).copied().unwrap_or(HEIGHT_M);
+        let heights = || listeners.iter().map(|at| at.z - low);
+        let middle = median_high(heights().map(f64::from)).map_or(HEIGHT_M, |height| height as f32);
         let height_m = middle.clamp(MARGIN_M, (high - low - MARGIN_M).max(MARGIN_M));
+        let [lowest, highest] = [heights().fold(middle, f32::min), heights().fold(middle, f32::max)];
         let poses = turned(&grid(&inside, scene_spacing_m(&self.mesh), height_m)?, TURNS);
         let mut response = |(pose, simulated): (&Pose, [Vec<f32>; 2])| {
             Ok(CorrectedResponse { at: pose.position, corrected: refined(pose, &simulated)?, simulated })
@@ -215,7 +216,7 @@ impl Places {
             rays: self.options.rays,
             spacing_m: scene_spacing_m(&self.mesh),
             height_m,
-            layered: heights.first().zip(heights.last()).is_some_and(|(first, last)| last - first > LAYERED_M),
+            layered: highest - lowest > LAYERED_M,
             margin_m: MARGIN_M,
             air: self.options.air,
             waves_hz: None,
