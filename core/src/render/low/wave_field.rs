@@ -1,7 +1,8 @@
 //! The bass of a room as waves have it: the lower half of the dry sound through responses at a low rate.
 //!
 //! The low half is taken at about ten times the crossover, heard through one response for each ear that is mixed anew when the
-//! listener moves, and brought back. All of it fits into the latency of the frames.
+//! listener moves, and brought back. All of it fits into the latency of the frames. Where there is less, the beginning of a
+//! response is heard at a higher rate, and the rest of it, which may come later, at that one.
 
 use crate::decode::NEAREST_M;
 use crate::latency::Pace;
@@ -30,6 +31,10 @@ const KAISER: f64 = 6.76;
 const EAR_M: f32 = 0.131;
 /// Time over which a response goes from early to late, seconds.
 const BORDER_S: f64 = 0.005;
+/// Time over which a response goes from its beginning to the rest, seconds.
+const JOINT_S: f64 = 0.01;
+/// A listener may be so far beyond the places, metres.
+const BEYOND_M: f32 = 10.0;
 /// Velocities are not made below here, Hz.
 const VELOCITY_FROM_HZ: f64 = 15.0;
 /// Signals of a place where it is heard in Ambisonics: pressure, slopes, and the velocity's.
@@ -39,31 +44,36 @@ const MOST_SIGNALS: usize = 8 * WITH_VELOCITY;
 
 /// What all renderers of a scene's bass share at one rate.
 pub(crate) struct BassFilters {
-    /// Samples of the host for one of the low half.
-    every: usize,
-    /// Samples by which what arrives with the direct sound comes after what was taken in.
-    delay: usize,
-    rate_hz: f64,
-    length: usize,
     signals: usize,
-    /// `[place][signal][sample]`
-    samples: Vec<f32>,
-    /// Between both rates: the sum over it is 1.
-    window: Vec<f32>,
+    /// All of the responses at one rate, or their beginning and the rest.
+    rates: Vec<AtRate>,
     speed_m_s: f32,
     /// How it dies away, by sample of the scene's: its modes ring as long as the walls let them, noise as its band does.
     curve: DecayCurve,
 }
 
-impl BassFilters {
-    pub(crate) fn new(bass: &BassField, emitter: Vec3, speed_m_s: f32, grid: &StftGrid, pace: &Pace) -> Self {
-        let host_hz = grid.sample_rate_hz;
-        // The filters between both rates fit into the latency.
-        let delay = pace.sample_delay;
-        let most = delay / (2 * REACH + 1);
-        let every = whole((host_hz / (RATE * bass.crossover_hz)).floor()).min(most).max(1);
+/// Responses at a low rate.
+struct AtRate {
+    /// Samples of the host for one of the low half.
+    every: usize,
+    rate_hz: f64,
+    length: usize,
+    /// `[place][signal][sample]`
+    samples: Vec<f32>,
+    /// Between both rates: the sum over it is 1.
+    window: Vec<f32>,
+    /// Samples of the low rate by which a response's first comes after what was taken in, beside the filters' own; below 0
+    /// where the first are not heard.
+    wait: f64,
+    /// Share of each sample that is heard; empty for all of a response.
+    part: Vec<f32>,
+}
+
+impl AtRate {
+    /// For a delay of so many samples of the host.
+    fn new((bass, speed_m_s): (&BassField, f32), (every, delay): (usize, usize), host_hz: f64) -> Self {
         let rate_hz = host_hz / every as f64;
-        let signals = if bass.ears == BassEars::Head { BASS_SIGNALS } else { WITH_VELOCITY };
+        let signals = signals(bass);
         let length = whole((bass.len() as f64 * rate_hz / bass.rate_hz).ceil()).max(1);
         let resampler = Resampler::new(bass.len(), rate_hz / bass.rate_hz);
         let mut samples = Vec::with_capacity(bass.place_count() * signals * length);
@@ -87,6 +97,59 @@ impl BassFilters {
                 }));
             }
         }
+        let wait = delay as f64 / every as f64 - 2.0 * REACH as f64;
+        Self { every, rate_hz, length, samples, window: window(every), wait, part: Vec::new() }
+    }
+
+    /// Keeps of the responses what is heard until the joint's end, of a listener so far away at most.
+    fn beginning(mut self, from_s: f64, travels_s: f64) -> Self {
+        let kept = whole(((travels_s + from_s + JOINT_S) * self.rate_hz).ceil()) + 2;
+        if kept < self.length {
+            self.samples = self.samples.chunks_exact(self.length).flat_map(|row| &row[..kept]).copied().collect();
+            self.length = kept;
+        }
+        let taps = whole((self.wait + (from_s + JOINT_S) * self.rate_hz).ceil());
+        self.part = (0..taps).map(|n| 1.0 - self.joint(n, from_s)).collect();
+        self
+    }
+
+    /// Keeps what is heard from the joint on.
+    fn rest(mut self, from_s: f64) -> Self {
+        self.part = (0..self.length).map(|n| self.joint(n, from_s)).collect();
+        self
+    }
+
+    /// Share of the rest at a sample that is heard.
+    fn joint(&self, n: usize, from_s: f64) -> f32 {
+        let along = ((n as f64 - self.wait) / self.rate_hz - from_s) / JOINT_S;
+        single(0.5 - 0.5 * (PI * along.clamp(0.0, 1.0)).cos())
+    }
+}
+
+/// Signals of a place.
+fn signals(bass: &BassField) -> usize {
+    if bass.ears == BassEars::Head { BASS_SIGNALS } else { WITH_VELOCITY }
+}
+
+impl BassFilters {
+    pub(crate) fn new(bass: &BassField, emitter: Vec3, speed_m_s: f32, grid: &StftGrid, pace: &Pace) -> Self {
+        let host_hz = grid.sample_rate_hz;
+        // The filters between both rates fit into the latency.
+        let delay = pace.sample_delay;
+        let least = whole((host_hz / (RATE * bass.crossover_hz)).floor()).max(1);
+        let every = least.min(delay / (2 * REACH + 1)).max(1);
+        let at = |every: usize| AtRate::new((bass, speed_m_s), (every, delay), host_hz);
+        let farthest = BassField::places_of(&bass.places).map(|place| place.distance(emitter)).fold(0.0, f32::max);
+        let mut first = at(every);
+        first.wait = first.wait.max(0.0);
+        let rates = if 2 * every > least {
+            vec![first]
+        } else {
+            let rest = at(least);
+            let from_s = -rest.wait / rest.rate_hz;
+            let travels_s = f64::from((farthest + BEYOND_M) / speed_m_s);
+            vec![first.beginning(from_s, travels_s), rest.rest(from_s)]
+        };
         let mut energies = vec![0.0; bass.len()];
         for (place, responses) in
             BassField::places_of(&bass.places).zip(bass.samples.chunks_exact((BASS_SIGNALS * bass.len()).max(1)))
@@ -96,11 +159,12 @@ impl BassFilters {
             energies.iter_mut().zip(pressure).for_each(|(energy, p)| *energy += f64::from(*p).powi(2));
         }
         let curve = DecayCurve::of_samples(&energies);
-        Self { every, delay, rate_hz, length, signals, samples, window: window(every), speed_m_s, curve }
+        Self { signals: signals(bass), rates, speed_m_s, curve }
     }
 
     pub(crate) fn memory_bytes(&self) -> usize {
-        size_of_val(&*self.samples) + size_of_val(&*self.window)
+        let bytes = |at: &AtRate| size_of_val(&*at.samples) + size_of_val(&*at.window) + size_of_val(&*at.part);
+        self.rates.iter().map(bytes).sum()
     }
 }
 
@@ -208,6 +272,96 @@ fn dot(a: &[f32], b: &[f32]) -> f32 {
     sums.iter().sum::<f32>() + a_rest.iter().zip(b_rest).map(|(a, b)| a * b).sum::<f32>()
 }
 
+/// What one stream hears at one of the low rates.
+struct Convolver {
+    /// The low half at the host's rate, and how many samples are missing to the next of the low rate.
+    fine: Newest,
+    missing: usize,
+    low: Newest,
+    /// What both ears hear at the low rate.
+    heard: [Newest; 2],
+    /// Responses of both ears, as they are and as they were.
+    now: [Vec<f32>; 2],
+    before: [Vec<f32>; 2],
+    mixed: Vec<f32>,
+    gains: Vec<f32>,
+    /// The decay that `gains` are of.
+    decayed: Option<(f32, f32, f32)>,
+}
+
+impl Convolver {
+    fn new(at: &AtRate) -> Self {
+        let taps = if at.part.is_empty() { at.length + whole(at.wait.max(0.0).ceil()) + 2 } else { at.part.len() };
+        let ears = || [vec![0.0; taps], vec![0.0; taps]];
+        Self {
+            fine: Newest::new(at.window.len()),
+            missing: at.every,
+            low: Newest::new(taps),
+            heard: [(); 2].map(|()| Newest::new(2 * REACH + 2)),
+            now: ears(),
+            before: ears(),
+            mixed: vec![0.0; at.length],
+            gains: vec![1.0; at.length],
+            decayed: None,
+        }
+    }
+
+    /// Takes a sample of the low half, and gives what both ears hear of it; `along` says how far between the responses of
+    /// before and those of now, if they differ.
+    fn hear(&mut self, at: &AtRate, low: f32, along: Option<f32>) -> [f32; 2] {
+        self.fine.push(low);
+        self.missing -= 1;
+        if self.missing == 0 {
+            self.missing = at.every;
+            self.low.push(dot(&at.window, self.fine.all()));
+            for ((heard, now), before) in self.heard.iter_mut().zip(&self.now).zip(&self.before) {
+                let new = dot(now, self.low.all());
+                heard.push(along.map_or(new, |along| {
+                    let old = dot(before, self.low.all());
+                    old + along * (new - old)
+                }));
+            }
+        }
+        // Samples since the newest of the low rate.
+        let since = at.every - self.missing;
+        self.heard.each_ref().map(|heard| {
+            let phases = at.window.iter().skip(since % at.every).step_by(at.every);
+            let sum: f32 = phases.zip(heard.all()).map(|(w, x)| w * x).sum();
+            sum * at.every as f32
+        })
+    }
+
+    /// Sets the gains of a response's samples: early and late, and the decay.
+    fn set_gains(&mut self, bass: &BassField, filters: &BassFilters, (at, travels): (&AtRate, f64), trim: &Trim) {
+        let plain = trim.early == 1.0 && trim.late == 1.0 && trim.decay == 1.0;
+        let wanted = (trim.early, trim.late, trim.decay);
+        if plain && self.decayed != Some(wanted) {
+            self.gains.fill(1.0);
+        }
+        if !plain {
+            for (i, gain) in self.gains.iter_mut().enumerate() {
+                let after_s = (i as f64 - travels).max(0.0) / at.rate_hz;
+                let border = ((after_s - EARLY_S) / BORDER_S + 0.5).clamp(0.0, 1.0);
+                let times = f64::from(trim.decay);
+                let decay = if times == 1.0 { 0.0 } else { filters.curve.log_gain(0, after_s * bass.rate_hz, times) };
+                *gain = (trim.early + single(border) * (trim.late - trim.early)) * single(decay.exp());
+            }
+        }
+        self.decayed = Some(wanted);
+    }
+
+    fn silence(&mut self) {
+        self.fine.reset();
+        self.low.reset();
+        self.heard.iter_mut().for_each(Newest::reset);
+    }
+
+    fn memory_bytes(&self) -> usize {
+        let taps = self.now[0].len();
+        4 * (4 * taps + 2 * taps + self.mixed.len() + self.gains.len() + 2 * self.fine.length)
+    }
+}
+
 /// The bass of a scene, for one stream.
 pub(crate) struct WaveBass {
     arch: Arch,
@@ -215,27 +369,15 @@ pub(crate) struct WaveBass {
     emitter: Vec3,
     filters: Arc<BassFilters>,
     crossover: Crossover,
-    /// The low half at the host's rate, and how many samples are missing to the next of the low rate.
-    fine: Newest,
-    missing: usize,
-    low: Newest,
-    /// What both ears hear at the low rate.
-    heard: [Newest; 2],
-    /// Samples of the low rate by which a response's first comes after what was taken in, beside the filters' own.
-    wait: f64,
-    /// Of both ears, as they are and as they were.
-    now: [Vec<f32>; 2],
-    before: [Vec<f32>; 2],
-    mixed: Vec<f32>,
-    gains: Vec<f32>,
-    /// The pose and trim that `now` is of, and the decay that `gains` are of.
+    /// By rate of the filters.
+    convolvers: Vec<Convolver>,
+    /// The pose and trim that the convolvers' responses are of.
     set: Option<(Pose, Trim)>,
-    decayed: Option<(f32, f32, f32)>,
     /// The bass of the newest hop.
     out: [Vec<f32>; 2],
     /// The pose and trim that the hop goes to.
     wanted: Option<(Pose, Trim)>,
-    /// Whether `now` and `before` differ in this hop.
+    /// Whether responses as they are and as they were differ in this hop.
     moves: bool,
     /// Samples since there was input, and after how many nothing sounds any more.
     quiet: usize,
@@ -246,33 +388,22 @@ impl WaveBass {
     /// `None` for a scene without. `filters` are the scene's at the grid's rate.
     pub(crate) fn new(scene: &Arc<Scene>, grid: &StftGrid, filters: &Arc<BassFilters>) -> Option<Self> {
         let (bass, emitter) = (scene.bass()?, scene.emitter()?);
-        let every = filters.every;
-        let wait = (filters.delay as f64 / every as f64 - 2.0 * REACH as f64).max(0.0);
-        let taps = filters.length + whole(wait.ceil()) + 2;
-        let ears = || [vec![0.0; taps], vec![0.0; taps]];
-        Some(Self {
+        let mut new = Self {
             arch: Arch::new(),
             scene: Arc::clone(scene),
             emitter,
             crossover: Crossover::new(bass.crossover_hz, grid.sample_rate_hz),
-            fine: Newest::new(filters.window.len()),
-            missing: every,
-            low: Newest::new(taps),
-            heard: [(); 2].map(|()| Newest::new(2 * REACH + 2)),
-            wait,
-            now: ears(),
-            before: ears(),
-            mixed: vec![0.0; filters.length],
-            gains: vec![1.0; filters.length],
+            convolvers: filters.rates.iter().map(Convolver::new).collect(),
             set: None,
-            decayed: None,
             out: [vec![0.0; grid.hop], vec![0.0; grid.hop]],
             wanted: None,
             moves: false,
             quiet: usize::MAX / 2,
-            longest: (taps + 4 * REACH) * every + 2 * grid.hop,
+            longest: 0,
             filters: Arc::clone(filters),
-        })
+        };
+        new.longest = new.tail_samples() + 2 * grid.hop;
+        Some(new)
     }
 
     /// Takes the pose that was asked for, once the hop is heard.
@@ -281,11 +412,11 @@ impl WaveBass {
         self.moves = self.set != Some((*pose, *trim));
         if self.moves {
             let fresh = self.set.is_none();
-            std::mem::swap(&mut self.now, &mut self.before);
+            self.convolvers.iter_mut().for_each(|convolver| std::mem::swap(&mut convolver.now, &mut convolver.before));
             self.mix(pose, trim);
             if fresh {
-                for (before, now) in self.before.iter_mut().zip(&self.now) {
-                    before.copy_from_slice(now);
+                for Convolver { before, now, .. } in &mut self.convolvers {
+                    before.iter_mut().zip(now).for_each(|(before, now)| before.copy_from_slice(now));
                 }
             }
             self.set = Some((*pose, *trim));
@@ -303,31 +434,18 @@ impl WaveBass {
             return;
         }
         self.follow();
-        let filters = Arc::clone(&self.filters);
-        let (every, count) = (filters.every, self.out[0].len() as f32);
+        let count = self.out[0].len() as f32;
         for (i, x) in (at..).zip(samples) {
             let [low, high] = self.crossover.split(f64::from(*x));
             *x = single(high);
-            self.fine.push(single(low));
-            self.missing -= 1;
-            if self.missing == 0 {
-                self.missing = every;
-                self.low.push(dot(&filters.window, self.fine.all()));
-                let along = (i + 1) as f32 / count;
-                let along = along * along * (3.0 - 2.0 * along);
-                for ((heard, now), before) in self.heard.iter_mut().zip(&self.now).zip(&self.before) {
-                    let new = dot(now, self.low.all());
-                    let old = if self.moves { dot(before, self.low.all()) } else { new };
-                    heard.push(old + along * (new - old));
-                }
+            let along = (i + 1) as f32 / count;
+            let along = self.moves.then_some(along * along * (3.0 - 2.0 * along));
+            let mut ears = [0.0; 2];
+            for (convolver, at) in self.convolvers.iter_mut().zip(&self.filters.rates) {
+                let heard = convolver.hear(at, single(low), along);
+                ears.iter_mut().zip(heard).for_each(|(ear, heard)| *ear += heard);
             }
-            // Samples since the newest of the low rate.
-            let since = every - self.missing;
-            for (out, heard) in self.out.iter_mut().zip(&self.heard) {
-                let phases = filters.window.iter().skip(since % every).step_by(every);
-                let sum: f32 = phases.zip(heard.all()).map(|(w, x)| w * x).sum();
-                out[i] = sum * every as f32;
-            }
+            self.out.iter_mut().zip(ears).for_each(|(out, ear)| out[i] = ear);
         }
     }
 
@@ -337,9 +455,11 @@ impl WaveBass {
         let Some(bass) = scene.bass() else { return };
         let filters = Arc::clone(&self.filters);
         let away = pose.position.distance(self.emitter);
-        let travels = f64::from(away / filters.speed_m_s) * filters.rate_hz;
-        self.set_gains(bass, trim, travels);
         let axes = Vec3::AXES.map(|axis| pose.orientation.inverse() * axis);
+        for (convolver, at) in self.convolvers.iter_mut().zip(&filters.rates) {
+            let travels = f64::from(away / filters.speed_m_s) * at.rate_hz;
+            convolver.set_gains(bass, &filters, (at, travels), trim);
+        }
         for ear in 0..2 {
             let mut rows = [(0, 0.0); MOST_SIGNALS];
             let mut places = rows.iter_mut();
@@ -353,16 +473,7 @@ impl WaveBass {
                 }
             }
             let free = places.len();
-            self.arch.dispatch(WeightedSum {
-                rows: &filters.samples,
-                corners: &rows[..MOST_SIGNALS - free],
-                row_len: filters.length,
-                offset: 0,
-                out: &mut self.mixed,
-            });
-            self.mixed.iter_mut().zip(&self.gains).for_each(|(m, g)| *m *= g);
-            let out = &mut self.now[ear];
-            move_earlier(&self.mixed, travels - self.wait, out);
+            let corners = &rows[..MOST_SIGNALS - free];
             // The direct sound, as late at an ear as it is for a head in long waves.
             let towards = pose.to_head(self.emitter) / away.max(1e-6);
             let (level, later_m) = match (bass.ears, ear) {
@@ -375,8 +486,19 @@ impl WaveBass {
                 (BassEars::Pair(_), _) => (0.0, 0.0),
             };
             let level = level * trim.direct * bass.direct / away.max(NEAREST_M);
-            let at = self.wait + f64::from(later_m / filters.speed_m_s) * filters.rate_hz;
-            add_impulse(out, at, level);
+            for (n, (convolver, at)) in self.convolvers.iter_mut().zip(&filters.rates).enumerate() {
+                let mixed = &mut convolver.mixed;
+                self.arch.dispatch(WeightedSum { rows: &at.samples, corners, row_len: at.length, offset: 0, out: mixed });
+                mixed.iter_mut().zip(&convolver.gains).for_each(|(m, g)| *m *= g);
+                let out = &mut convolver.now[ear];
+                let travels = f64::from(away / filters.speed_m_s) * at.rate_hz;
+                move_earlier(mixed, travels - at.wait, out);
+                out.iter_mut().zip(&at.part).for_each(|(out, part)| *out *= part);
+                if n == 0 {
+                    let after = at.wait + f64::from(later_m / filters.speed_m_s) * at.rate_hz;
+                    add_impulse(out, after, level);
+                }
+            }
         }
     }
 
@@ -412,30 +534,9 @@ impl WaveBass {
         }
     }
 
-    /// Sets the gains of a response's samples: early and late, and the decay.
-    fn set_gains(&mut self, bass: &BassField, trim: &Trim, travels: f64) {
-        let plain = trim.early == 1.0 && trim.late == 1.0 && trim.decay == 1.0;
-        let wanted = (trim.early, trim.late, trim.decay);
-        if plain && self.decayed != Some(wanted) {
-            self.gains.fill(1.0);
-        }
-        if !plain {
-            for (i, gain) in self.gains.iter_mut().enumerate() {
-                let after_s = (i as f64 - travels).max(0.0) / self.filters.rate_hz;
-                let border = ((after_s - EARLY_S) / BORDER_S + 0.5).clamp(0.0, 1.0);
-                let times = f64::from(trim.decay);
-                let decay = if times == 1.0 { 0.0 } else { self.filters.curve.log_gain(0, after_s * bass.rate_hz, times) };
-                *gain = (trim.early + single(border) * (trim.late - trim.early)) * single(decay.exp());
-            }
-        }
-        self.decayed = Some(wanted);
-    }
-
     fn silence(&mut self) {
         self.crossover.reset();
-        self.fine.reset();
-        self.low.reset();
-        self.heard.iter_mut().for_each(Newest::reset);
+        self.convolvers.iter_mut().for_each(Convolver::silence);
     }
 }
 
@@ -454,20 +555,20 @@ impl Part for WaveBass {
     }
 
     fn tail_samples(&self) -> usize {
-        (self.now[0].len() + 4 * REACH) * self.filters.every
+        let rates = self.convolvers.iter().zip(&self.filters.rates);
+        rates.map(|(convolver, at)| (convolver.now[0].len() + 4 * REACH) * at.every).max().unwrap_or(0)
     }
 
     fn reset(&mut self) {
         self.silence();
-        self.missing = self.filters.every;
+        self.convolvers.iter_mut().zip(&self.filters.rates).for_each(|(convolver, at)| convolver.missing = at.every);
         self.set = None;
         self.quiet = usize::MAX / 2;
         self.out.iter_mut().for_each(|out| out.fill(0.0));
     }
 
     fn memory_bytes(&self) -> usize {
-        let taps = self.now[0].len();
-        4 * (4 * taps + 2 * taps + self.mixed.len() + self.gains.len() + 2 * self.fine.length) + self.out[0].len() * 8
+        self.convolvers.iter().map(Convolver::memory_bytes).sum::<usize>() + self.out[0].len() * 8
     }
 }
 
