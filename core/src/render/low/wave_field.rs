@@ -119,7 +119,7 @@ impl AtRate {
         self
     }
 
-    /// Share of the rest at a sample that is heard.
+    /// Share of the rest in what is heard at a sample.
     fn joint(&self, n: usize, from_s: f64) -> f32 {
         let along = ((n as f64 - self.wait) / self.rate_hz - from_s) / JOINT_S;
         single(0.5 - 0.5 * (PI * along.clamp(0.0, 1.0)).cos())
