@@ -3,8 +3,8 @@
 use assert_no_alloc::assert_no_alloc;
 use promenade_core::glam::Vec3;
 use promenade_core::{
-    Axis, BassEars, BassField, BlockParams, Facing, Field, FieldGrid, Pose, Renderer, Rows, Scene, SceneParts, Spatializer,
-    Trim, wave_share,
+    Axis, BassEars, BassField, BlockParams, Facing, Field, FieldGrid, Latency, Pose, Renderer, RendererConfig, Rows, Scene,
+    SceneParts, Spatializer, Trim, wave_share,
 };
 use promenade_fourier::num_complex::Complex64;
 use promenade_metrics::{DecayRange, decay_time_s};
@@ -65,8 +65,12 @@ fn scene_of(rate: f64, pressure: Option<&dyn Fn(Vec3) -> Vec<f32>>) -> Arc<Scene
 
 /// What both ears hear of an impulse.
 fn response(scene: &Arc<Scene>, rate: f64, pose: Pose, trim: Trim) -> [Vec<f32>; 2] {
+    response_at(scene, (rate, Latency::Frame), pose, trim)
+}
+
+fn response_at(scene: &Arc<Scene>, (rate, latency): (f64, Latency), pose: Pose, trim: Trim) -> [Vec<f32>; 2] {
     let mut engine = Spatializer::new(rate);
-    let renderer = Renderer::new(Arc::clone(scene), rate).unwrap();
+    let renderer = Renderer::new(Arc::clone(scene), RendererConfig { latency, ..rate.into() }).unwrap();
     let latency = renderer.latency_samples();
     engine.install(Box::new(renderer));
     let length = latency + (3.1 * rate) as usize;
@@ -181,6 +185,25 @@ fn reflections_of_the_bass_arrive_from_where_they_come() {
                 let wanted = wave * ear * share * allpass;
                 let off = (reflected - wanted).norm() / wave.norm();
                 assert!(off < 0.09, "{hz} Hz at {position}, ear {side}: {reflected} for {wanted}");
+            }
+        }
+    }
+}
+
+/// The reflection comes while a response goes from what is heard at the high rate to what is heard at the low one. The emitter is
+/// ahead or behind: of one to the side the nearer ear's bass would begin before its time.
+#[test]
+fn at_short_latency_the_bass_is_as_with_the_frame() {
+    let rate = 48_000.0;
+    let waves = scene(rate, true);
+    for (position, yaw) in [(Vec3::new(1.7, 0.3, 0.1), 0.0_f32), (Vec3::new(2.23, -0.41, 0.1), 3.0)] {
+        let pose = Pose::from_ypr(position, yaw, 0.0, 0.0);
+        let heard = |latency| response_at(&waves, (rate, latency), pose, Trim::NEUTRAL);
+        let (frame, short) = (heard(Latency::Frame), heard(Latency::Samples64));
+        for hz in [35.0, 60.0, 90.0, 130.0, 180.0] {
+            for (frame, short) in frame.iter().zip(&short) {
+                let (frame, short) = (at(frame, rate, hz), at(short, rate, hz));
+                assert!((short - frame).norm() < 0.03 * frame.norm(), "{short} for {frame} at {hz} Hz");
             }
         }
     }

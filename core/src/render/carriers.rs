@@ -13,7 +13,7 @@ use crate::render::early::images::ImageFilters;
 use crate::render::early::taps::Lost;
 use crate::render::late::decay_curve::DecayCurve;
 use crate::render::late::network::LATE_HOPS;
-use crate::render::low::wave_field::BassFilters;
+use crate::render::low::bass_filters::BassFilters;
 use crate::render::transform::lanes::LANES;
 use crate::scene::MeasuredRoom;
 use crate::{Scene, Shares, StftGrid, TailModel};
