@@ -190,8 +190,8 @@ fn reflections_of_the_bass_arrive_from_where_they_come() {
     }
 }
 
-/// The reflection comes while a response goes from what is heard at the high rate to what is heard at the low one. The emitter is
-/// ahead or behind: of one to the side the nearer ear's bass would begin before its time.
+/// The reflection comes while a response goes from what is heard at the high rate to what is heard at the low one. The emitter
+/// is ahead or behind: of one to the side the nearer ear's bass would begin before its time.
 #[test]
 fn at_short_latency_the_bass_is_as_with_the_frame() {
     let rate = 48_000.0;

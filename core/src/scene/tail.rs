@@ -9,8 +9,8 @@ pub struct TailModel {
     pub t60_s: Vec<f32>,
     /// Interaural coherence of the room's sound per band, real, in [-1, 1].
     pub coherence: Vec<f32>,
-    /// Whether the taps' noise differs between the ears nearly in phase alone: no draw of it is louder at one ear, per bin within a
-    /// few decibels.
+    /// Whether the taps' noise differs between the ears nearly in phase alone: no draw of it is louder at one ear, and per bin
+    /// within a few decibels.
     pub by_phase: bool,
 }
 
