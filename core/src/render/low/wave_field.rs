@@ -6,7 +6,7 @@
 
 use crate::decode::NEAREST_M;
 use crate::number::{single, whole};
-use crate::render::low::bass_filters::{BassFilters, EAR_M, REACH, WITH_VELOCITY};
+use crate::render::low::bass_filters::{AtRate, BassFilters, EAR_M, REACH, WITH_VELOCITY};
 use crate::render::low::convolver::Convolver;
 use crate::render::low::crossover::Crossover;
 use crate::render::part::{Heard, Hop, Part};
@@ -114,10 +114,10 @@ impl WaveBass {
         let Some(bass) = scene.bass() else { return };
         let filters = Arc::clone(&self.filters);
         let away = pose.position.distance(self.emitter);
+        let travels = |at: &AtRate| f64::from(away / filters.speed_m_s) * at.rate_hz;
         let axes = Vec3::AXES.map(|axis| pose.orientation.inverse() * axis);
         for (convolver, at) in self.convolvers.iter_mut().zip(&filters.rates) {
-            let travels = f64::from(away / filters.speed_m_s) * at.rate_hz;
-            convolver.set_gains(bass, &filters, (at, travels), trim);
+            convolver.set_gains(bass, &filters, (at, travels(at)), trim);
         }
         for ear in 0..2 {
             let mut rows = [(0, 0.0); MOST_SIGNALS];
@@ -150,8 +150,7 @@ impl WaveBass {
                 self.arch.dispatch(WeightedSum { rows: &at.samples, corners, row_len: at.length, offset: 0, out: mixed });
                 mixed.iter_mut().zip(&convolver.gains).for_each(|(m, g)| *m *= g);
                 let out = &mut convolver.now[ear];
-                let travels = f64::from(away / filters.speed_m_s) * at.rate_hz;
-                move_earlier(mixed, travels - at.wait, out);
+                move_earlier(mixed, travels(at) - at.wait, out);
                 out.iter_mut().zip(&at.part).for_each(|(out, part)| *out *= part);
                 if n == 0 {
                     let after = at.wait + f64::from(later_m / filters.speed_m_s) * at.rate_hz;
